@@ -1,0 +1,18 @@
+//! The body model of dynaskin: template, shape, joints, skinning and its inverse.
+//!
+//! Equations 1-4 of DSNet (Seo, Zou, Cordier 2021) and of Casas & Otaduy (2018): a template plus
+//! shape (and, where a model has them, pose) blend shapes, joints linear in the shape
+//! coefficients, and skinning along SMPL's 24-joint tree. Offsets of the soft tissue are added in
+//! the rest pose, before skinning.
+//!
+//! Conventions: metres, radians, seconds; right-handed, +Y up, facing +Z, the body's left at +X.
+//! A joint's rest frame is aligned with the model's axes. The model's origin lies on the floor
+//! under the pelvis, so a shape at zero pose and zero translation stands on y = 0.
+
+mod model;
+mod region;
+mod skeleton;
+
+pub use model::{BodyModel, SHAPE_COUNT, ShapedBody, SkinWeights};
+pub use region::{REGION_COUNT, Region};
+pub use skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};

@@ -1,0 +1,109 @@
+//! The body model's data and the equations that turn shape coefficients into a rest surface.
+
+use glam::Vec3;
+
+use crate::{JOINT_COUNT, REGION_COUNT};
+
+/// Number of shape coefficients β.
+pub const SHAPE_COUNT: usize = 10;
+
+/// Up to four joints and their weights for one vertex; weights sum to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkinWeights {
+    /// Joint indices; unused slots repeat joint 0 with weight 0.
+    pub joints: [u8; 4],
+    /// Weights, largest first, non-negative, summing to 1.
+    pub weights: [f32; 4],
+}
+
+/// A parametric body: SMPL's equations over any template of that skeleton.
+#[derive(Clone, Debug)]
+pub struct BodyModel {
+    /// Name of the model, such as `female`.
+    pub name: String,
+    /// Rest positions at β = 0 in metres, `[vertex]`.
+    pub template_m: Vec<Vec3>,
+    /// Triangles, counter-clockwise seen from outside, `[face][corner]`.
+    pub faces: Vec<[u32; 3]>,
+    /// Metres per standard deviation, `[coefficient][vertex]`; [`SHAPE_COUNT`] coefficients.
+    pub shape_dirs_m: Vec<Vec<Vec3>>,
+    /// SMPL's pose correctives in metres, `[207][vertex]`, over the row-major entries of
+    /// `R(joint) - I` of joints 1..24; empty where the model has none.
+    pub pose_dirs_m: Vec<Vec<Vec3>>,
+    /// Rest joint positions at β = 0 in metres.
+    pub joint_template_m: [Vec3; JOINT_COUNT],
+    /// Metres per standard deviation, `[coefficient][joint]`.
+    pub joint_shape_dirs_m: Vec<[Vec3; JOINT_COUNT]>,
+    /// Skin weights, `[vertex]`.
+    pub skin: Vec<SkinWeights>,
+    /// Soft-tissue thickness over bone at β = 0 in metres, `[vertex]`; empty where unknown
+    /// (SMPL-family files do not tell).
+    pub thickness_template_m: Vec<f32>,
+    /// Change of thickness in metres per standard deviation, `[coefficient][vertex]`; empty where
+    /// unknown.
+    pub thickness_shape_dirs_m: Vec<Vec<f32>>,
+    /// Membership of each soft region, `[region][vertex]`, smooth, 0..=1, summing to at most 1
+    /// over the regions; 0 everywhere means bone-like skin that never moves. Empty where unknown.
+    pub region_weights: Vec<Vec<f32>>,
+    /// Display colour per vertex, sRGB and opacity; painted sportswear. Empty where unknown.
+    pub colors_srgba: Vec<[u8; 4]>,
+}
+
+/// A body at one shape, in the rest pose.
+#[derive(Clone, Debug)]
+pub struct ShapedBody {
+    /// Rest positions in metres, `[vertex]`.
+    pub positions_m: Vec<Vec3>,
+    /// Rest joint positions in metres.
+    pub joints_m: [Vec3; JOINT_COUNT],
+    /// Tissue thickness in metres, at least 0, `[vertex]`; empty where the model knows none.
+    pub thickness_m: Vec<f32>,
+}
+
+impl BodyModel {
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.template_m.len()
+    }
+
+    /// Template plus shape blend shapes, joints and thickness at `shape` (β, in standard
+    /// deviations).
+    pub fn shaped(&self, shape: &[f32; SHAPE_COUNT]) -> ShapedBody {
+        let mut positions_m = self.template_m.clone();
+        let mut joints_m = self.joint_template_m;
+        let mut thickness_m = self.thickness_template_m.clone();
+        for (beta, dirs) in shape.iter().zip(&self.shape_dirs_m) {
+            for (position, dir) in positions_m.iter_mut().zip(dirs) {
+                *position += *beta * *dir;
+            }
+        }
+        for (beta, dirs) in shape.iter().zip(&self.joint_shape_dirs_m) {
+            for (joint, dir) in joints_m.iter_mut().zip(dirs) {
+                *joint += *beta * *dir;
+            }
+        }
+        for (beta, dirs) in shape.iter().zip(&self.thickness_shape_dirs_m) {
+            for (thickness, dir) in thickness_m.iter_mut().zip(dirs) {
+                *thickness += *beta * *dir;
+            }
+        }
+        for thickness in &mut thickness_m {
+            *thickness = thickness.max(0.0);
+        }
+        ShapedBody {
+            positions_m,
+            joints_m,
+            thickness_m,
+        }
+    }
+
+    /// How soft a vertex is, 0..=1: the sum of its region weights.
+    pub fn softness(&self, vertex: usize) -> f32 {
+        debug_assert!(self.region_weights.is_empty() || self.region_weights.len() == REGION_COUNT);
+        self.region_weights
+            .iter()
+            .map(|weights| weights[vertex])
+            .sum::<f32>()
+            .min(1.0)
+    }
+}
