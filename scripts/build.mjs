@@ -1,0 +1,35 @@
+// npm run build: the wasm files, the SDK and a static copy of the demo in web/demo/dist.
+import { join, relative } from "node:path";
+import { DEMO, ROOT } from "./lib/paths.mjs";
+import { main, run, say, step } from "./lib/run.mjs";
+import { buildSdk } from "./sdk.mjs";
+import { ensureNodePackages, ensureRust } from "./toolchain.mjs";
+import { buildWasm } from "./wasm.mjs";
+
+/** Everything the demo needs, in order. */
+export async function buildAll() {
+  await step("Rust", ensureRust);
+  await step("npm packages", ensureNodePackages);
+  await step("WebAssembly", buildWasm);
+  await step("SDK", buildSdk);
+}
+
+/** Vite's static build of the demo. */
+export async function buildDemo() {
+  await run(process.execPath, [viteProgram(), "build", "--logLevel", "warn"], { cwd: DEMO });
+}
+
+/** The path of Vite's command line. */
+export function viteProgram() {
+  return join(ROOT, "node_modules", "vite", "bin", "vite.js");
+}
+
+if (process.argv[1] === import.meta.filename) {
+  main(async () => {
+    await buildAll();
+    await step("Demo page", buildDemo);
+    say(
+      `\nThe page is in ${relative(process.cwd(), join(DEMO, "dist"))}: serve it with any web server.`,
+    );
+  });
+}

@@ -1,0 +1,25 @@
+// Compiles web/sdk with tsc and puts the wasm files and their glue beside the result.
+import { copyFileSync, mkdirSync, readdirSync, rmSync } from "node:fs";
+import { join } from "node:path";
+import { ROOT, SDK } from "./lib/paths.mjs";
+import { run } from "./lib/run.mjs";
+import { WASM_OUT } from "./wasm.mjs";
+
+/** Builds web/sdk/dist from scratch. */
+export async function buildSdk() {
+  const dist = join(SDK, "dist");
+  rmSync(dist, { recursive: true, force: true });
+  await run(process.execPath, [tscProgram(), "-p", join(SDK, "tsconfig.json")]);
+  mkdirSync(join(dist, "wasm"), { recursive: true });
+  // The glue's own .d.ts files stay behind: the package's types are hand-written.
+  for (const name of readdirSync(WASM_OUT)) {
+    if (/^(core|renderer)(\.js|_bg\.wasm)$/.test(name)) {
+      copyFileSync(join(WASM_OUT, name), join(dist, "wasm", name));
+    }
+  }
+}
+
+/** The path of TypeScript's command line. */
+export function tscProgram() {
+  return join(ROOT, "node_modules", "typescript", "bin", "tsc");
+}

@@ -1,0 +1,173 @@
+// npm test: every check of the project, in order, with one closing line over all of them.
+// `npm test -- rust sdk` runs only the named steps.
+import { mkdirSync, rmSync } from "node:fs";
+import { join } from "node:path";
+import { buildDemo } from "./build.mjs";
+import { ROOT, SDK } from "./lib/paths.mjs";
+import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs";
+import { CargoTally, plainResults, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
+import { buildSdk, tscProgram } from "./sdk.mjs";
+import {
+  ensureNodePackages,
+  ensurePython,
+  ensureRust,
+  ensureSystemPackages,
+  findChromium,
+} from "./toolchain.mjs";
+import { buildWasm } from "./wasm.mjs";
+
+const REPORTS = join(ROOT, "test-results");
+const node = (program, ...args) => run(process.execPath, [program, ...args]);
+const COLOURS = process.stdout.isTTY ? [] : ["--colors=off"];
+const bin = (name, ...path) => join(ROOT, "node_modules", name, ...path);
+
+/** A step without tests of its own counts as one: it passed or it failed. */
+const oneCheck = (work) => async () => {
+  await work();
+  return { passed: 1 };
+};
+
+async function setUp() {
+  await ensureRust();
+  await ensureNodePackages();
+  await ensureSystemPackages();
+  return {};
+}
+
+async function cargoTest() {
+  const tally = new CargoTally();
+  const args = ["test", "--workspace", "--no-fail-fast", "--", "--show-output"];
+  const { status } = await run("cargo", args, {
+    onLine: (line) => tally.read(line),
+    allowFailure: true,
+  });
+  // A crate that does not compile fails no test.
+  if (status !== 0 && tally.failed === 0) tally.add({ failed: 1 });
+  return tally;
+}
+
+async function vitest() {
+  const report = join(REPORTS, "vitest.json");
+  await run(
+    process.execPath,
+    [bin("vitest", "vitest.mjs"), "run", "--reporter=default", "--reporter=json"].concat(
+      `--outputFile.json=${report}`,
+    ),
+    { cwd: SDK, allowFailure: true },
+  );
+  return vitestResults(report);
+}
+
+async function onnxParity() {
+  const script = join(ROOT, "tests", "python", "onnx_parity.py");
+  const found = await ensurePython();
+  if ("reason" in found) {
+    say(`  skipped: onnx_parity.py needs Python packages: ${found.reason}`);
+    return { skipped: 1, skippedNames: [`onnx_parity.py: ${found.reason}`] };
+  }
+  const { output, status } = await run(found.python, [script], { allowFailure: true });
+  const results = plainResults(output);
+  if (status !== 0 && results.failed === 0) results.failed = 1;
+  return results;
+}
+
+async function browserTests() {
+  const chromium = findChromium();
+  if (!chromium) {
+    say("  skipped: the browser tests need Chromium. Install it, or set CHROMIUM to its path.");
+    return { skipped: 1, skippedNames: ["browser tests: no Chromium"] };
+  }
+  await buildDemo();
+  const report = join(REPORTS, "playwright.json");
+  const args = [
+    bin("@playwright", "test", "cli.js"),
+    ...["test", "--config", join(ROOT, "tests", "browser", "playwright.config.ts")],
+  ];
+  const env = { CHROMIUM: chromium, PLAYWRIGHT_JSON_OUTPUT_FILE: report };
+  // A WebGPU canvas presents only in a window, so the browser runs under a virtual display.
+  const xvfb = which("xvfb-run");
+  const [program, ...rest] = xvfb
+    ? [xvfb, "-a", "-s", "-screen 0 1600x1200x24", process.execPath, ...args]
+    : [process.execPath, ...args];
+  await run(program, rest, { env, allowFailure: true });
+  return playwrightResults(report);
+}
+
+const STEPS = [
+  { name: "setup", title: "What the tests need", work: setUp, always: true },
+  { name: "fmt", title: "cargo fmt", work: oneCheck(() => run("cargo", ["fmt", "--check"])) },
+  {
+    name: "clippy",
+    title: "cargo clippy",
+    work: oneCheck(() =>
+      run("cargo", ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
+    ),
+  },
+  { name: "rust", title: "cargo test", work: cargoTest },
+  {
+    name: "biome",
+    title: "biome: format and lint",
+    work: oneCheck(() => node(bin("@biomejs", "biome", "bin", "biome"), "ci", ...COLOURS, ".")),
+  },
+  { name: "wasm", title: "WebAssembly", work: oneCheck(buildWasm) },
+  {
+    name: "tsc",
+    title: "TypeScript",
+    needs: ["wasm"],
+    work: oneCheck(async () => {
+      await buildSdk();
+      for (const project of ["web/sdk/tests", "web/demo", "tests/browser"]) {
+        await node(tscProgram(), "--noEmit", "-p", join(ROOT, project));
+      }
+    }),
+  },
+  { name: "sdk", title: "vitest on the built SDK", needs: ["wasm", "tsc"], work: vitest },
+  { name: "python", title: "ONNX files in onnxruntime", work: onnxParity },
+  { name: "browser", title: "Browser tests", needs: ["wasm", "tsc"], work: browserTests },
+];
+
+async function runSteps(chosen) {
+  const total = new Tally();
+  const failedSteps = [];
+  for (const { name, title, needs = [], work, always } of STEPS) {
+    if (!always && chosen.length > 0 && !chosen.includes(name)) continue;
+    const blocker = needs.find((need) => failedSteps.includes(need));
+    if (blocker) {
+      say(red(`\n▸ ${title}: not run, because ${blocker} failed`));
+      total.add({ failed: 1 });
+      failedSteps.push(name);
+      continue;
+    }
+    try {
+      const results = await step(title, work);
+      total.add(results);
+      if (results.failed > 0) failedSteps.push(name);
+    } catch (error) {
+      say(red(`  ${error.message}`));
+      total.add({ failed: 1 });
+      failedSteps.push(name);
+      if (name === "setup") break;
+    }
+  }
+  return { total, failedSteps };
+}
+
+main(async () => {
+  const chosen = process.argv.slice(2);
+  const unknown = chosen.filter((name) => !STEPS.some((entry) => entry.name === name));
+  if (unknown.length > 0) {
+    throw new Error(
+      `No step is called ${unknown.join(", ")}. There are: ${STEPS.map((s) => s.name).join(", ")}.`,
+    );
+  }
+  rmSync(REPORTS, { recursive: true, force: true });
+  mkdirSync(REPORTS, { recursive: true });
+  const start = performance.now();
+  const { total, failedSteps } = await runSteps(chosen);
+  say(`\n${bold("Result")} after ${duration(performance.now() - start)}`);
+  for (const name of total.skippedNames) say(`  skipped: ${name}`);
+  for (const name of failedSteps) say(red(`  failed: ${name}`));
+  say();
+  say(total.line);
+  if (total.failed > 0) process.exitCode = 1;
+});

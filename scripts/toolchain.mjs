@@ -1,0 +1,137 @@
+// Finds or installs the tools the project is built and tested with.
+import { createHash } from "node:crypto";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { CACHE, ROOT } from "./lib/paths.mjs";
+import { run, say, which } from "./lib/run.mjs";
+
+/** Equal to `wasm-bindgen` in the root Cargo.toml: the two speak a private format. */
+export const WASM_BINDGEN_VERSION = "0.2.130";
+
+/** Rust itself, and its WebAssembly target. */
+export async function ensureRust() {
+  if (!which("cargo")) {
+    throw new Error("Rust is missing. Install it with rustup, then run this again.");
+  }
+  if (await hasWasmTarget()) return;
+  if (!which("rustup")) {
+    throw new Error(
+      "This Rust has no wasm32-unknown-unknown target and there is no rustup to add it.",
+    );
+  }
+  say("  adding Rust's WebAssembly target");
+  await run("rustup", ["target", "add", "wasm32-unknown-unknown"]);
+}
+
+async function hasWasmTarget() {
+  const { output } = await run("rustc", ["--print", "sysroot"], { quiet: true });
+  return existsSync(join(output.trim(), "lib", "rustlib", "wasm32-unknown-unknown", "lib"));
+}
+
+/** The packages of package-lock.json; reinstalled only when the lock file changed. */
+export async function ensureNodePackages() {
+  const lock = readFileSync(join(ROOT, "package-lock.json"));
+  const hash = createHash("sha256").update(lock).digest("hex");
+  const stamp = join(ROOT, "node_modules", ".dynaskin-lock");
+  if (existsSync(stamp) && readFileSync(stamp, "utf8") === hash) return;
+  say("  installing npm packages");
+  await run("npm", ["ci", "--loglevel=error"]);
+  writeFileSync(stamp, hash);
+}
+
+/** The wasm-bindgen command line, in the cache; returns its path. */
+export async function ensureWasmBindgen() {
+  const home = join(CACHE, `wasm-bindgen-${WASM_BINDGEN_VERSION}`);
+  const program = join(home, "bin", "wasm-bindgen");
+  if (existsSync(program)) return program;
+  const onPath = which("wasm-bindgen");
+  if (onPath) {
+    const { output } = await run(onPath, ["--version"], { quiet: true });
+    if (output.trim().endsWith(` ${WASM_BINDGEN_VERSION}`)) return onPath;
+  }
+  say(`  installing wasm-bindgen-cli ${WASM_BINDGEN_VERSION} (once, a few minutes)`);
+  mkdirSync(home, { recursive: true });
+  // Without --locked: its lock file names versions that not every registry mirror carries.
+  await run(
+    "cargo",
+    ["install", "wasm-bindgen-cli", "--version", `=${WASM_BINDGEN_VERSION}`, "--root", home],
+    // Its own target folder, so that the workspace's flags and locks do not matter.
+    { env: { CARGO_TARGET_DIR: join(CACHE, "install-target") } },
+  );
+  return program;
+}
+
+const DEBIAN_PACKAGES = {
+  chromium: () => which("chromium"),
+  xvfb: () => which("xvfb-run"),
+  xauth: () => which("xauth"),
+  "mesa-vulkan-drivers": () =>
+    existsSync("/usr/share/vulkan/icd.d") &&
+    existsSync(`/usr/share/vulkan/icd.d/lvp_icd.${debianArch()}.json`),
+  "python3-venv": () => existsSync("/usr/bin/python3") && debianHasEnsurepip(),
+};
+
+function debianArch() {
+  return { x64: "x86_64", arm64: "aarch64" }[process.arch] ?? process.arch;
+}
+
+function debianHasEnsurepip() {
+  return ["3.11", "3.12", "3.13", "3.14"].some((version) =>
+    existsSync(`/usr/lib/python${version}/ensurepip`),
+  );
+}
+
+/**
+ * The programs that the browser and Python tests use. Installs them on Debian as root; elsewhere
+ * says what to install and carries on, and the tests that miss something are skipped by name.
+ */
+export async function ensureSystemPackages() {
+  const missing = Object.keys(DEBIAN_PACKAGES).filter((name) => !DEBIAN_PACKAGES[name]());
+  if (missing.length === 0) return;
+  const debian = existsSync("/etc/debian_version") && which("apt-get");
+  if (!debian || process.getuid?.() !== 0) {
+    say(`  not installed: ${missing.join(", ")}.`);
+    say(`  On Debian or Ubuntu: sudo apt-get install ${missing.join(" ")}`);
+    return;
+  }
+  say(`  installing with apt-get: ${missing.join(", ")}`);
+  const env = { DEBIAN_FRONTEND: "noninteractive" };
+  await run("apt-get", ["update", "-qq"], { env, quiet: true });
+  await run("apt-get", ["install", "-y", "-qq", "--no-install-recommends", ...missing], {
+    env,
+    quiet: true,
+  });
+}
+
+/** Chromium for the browser tests: CHROMIUM, Debian's, or null. */
+export function findChromium() {
+  const named = process.env.CHROMIUM;
+  if (named) return existsSync(named) ? named : null;
+  return which("chromium") || which("chromium-browser") || which("google-chrome");
+}
+
+const PYTHON_PACKAGES = ["numpy==2.4.6", "onnx==1.23.2", "onnxruntime==1.32.0"];
+
+/**
+ * A Python with onnx and onnxruntime, in a virtual environment in the cache.
+ *
+ * @returns {Promise<{ python: string } | { reason: string }>} the interpreter, or why there is none
+ */
+export async function ensurePython() {
+  const key = createHash("sha256").update(PYTHON_PACKAGES.join(" ")).digest("hex").slice(0, 12);
+  const home = join(CACHE, `python-${key}`);
+  const python = join(home, "bin", "python");
+  const stamp = join(home, "installed");
+  if (existsSync(stamp)) return { python };
+  const system = which("python3");
+  if (!system) return { reason: "python3 is not installed" };
+  say(`  installing ${PYTHON_PACKAGES.join(", ")} into the cache`);
+  try {
+    await run(system, ["-m", "venv", "--clear", home], { quiet: true });
+    await run(python, ["-m", "pip", "install", "--quiet", ...PYTHON_PACKAGES], { quiet: true });
+  } catch (error) {
+    return { reason: `the Python packages could not be installed (${error.message})` };
+  }
+  writeFileSync(stamp, "");
+  return { python };
+}

@@ -1,0 +1,100 @@
+// Builds the two wasm files and their JavaScript glue into web/sdk/src/wasm.
+import { createHash } from "node:crypto";
+import { existsSync, mkdirSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { brotliCompressSync, constants } from "node:zlib";
+import { cargoTargetDir, ROOT, SDK } from "./lib/paths.mjs";
+import { run, say } from "./lib/run.mjs";
+import { ensureWasmBindgen } from "./toolchain.mjs";
+
+export const WASM_OUT = join(SDK, "src", "wasm");
+
+/** `release` builds in a fraction of the time, for work on this machine only. */
+const PROFILE = process.env.DYNASKIN_WASM_PROFILE || "release-wasm";
+
+/** Two files, so that pages with an engine of their own never download wgpu. */
+export const WASM_FILES = [
+  { name: "core", package: "dynaskin-wasm", library: "dynaskin_wasm", optimise: "-O3" },
+  {
+    name: "renderer",
+    package: "dynaskin-wasm-render",
+    library: "dynaskin_wasm_render",
+    optimise: "-Os",
+  },
+];
+
+// What Rust's wasm32 target and +simd128 use. wasm-opt would otherwise guess from a section that
+// wasm-bindgen rewrites.
+const FEATURES = [
+  "--enable-simd",
+  "--enable-bulk-memory",
+  "--enable-bulk-memory-opt",
+  "--enable-call-indirect-overlong",
+  "--enable-multivalue",
+  "--enable-mutable-globals",
+  "--enable-nontrapping-float-to-int",
+  "--enable-reference-types",
+  "--enable-sign-ext",
+];
+
+/** Builds what changed; the glue and the optimised file are kept when cargo's output is the same. */
+export async function buildWasm() {
+  const wasmBindgen = await ensureWasmBindgen();
+  for (const file of WASM_FILES) {
+    await cargoBuild(file);
+    await bindAndOptimise(file, wasmBindgen);
+  }
+}
+
+async function cargoBuild(file) {
+  say(`  compiling ${file.package} (${PROFILE})`);
+  const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
+  await run("cargo", [...args, "--profile", PROFILE], {
+    env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
+  });
+}
+
+async function bindAndOptimise(file, wasmBindgen) {
+  const compiled = join(
+    cargoTargetDir(),
+    "wasm32-unknown-unknown",
+    PROFILE,
+    `${file.library}.wasm`,
+  );
+  const out = join(WASM_OUT, `${file.name}_bg.wasm`);
+  const stamp = join(WASM_OUT, `.${file.name}-stamp`);
+  const key = createHash("sha256")
+    .update(readFileSync(compiled))
+    .update([PROFILE, file.optimise, ...FEATURES].join(" "))
+    .digest("hex");
+  const fresh = existsSync(stamp) && existsSync(out) && readFileSync(stamp, "utf8") === key;
+  if (!fresh) {
+    mkdirSync(WASM_OUT, { recursive: true });
+    rmSync(stamp, { force: true });
+    await run(wasmBindgen, [
+      ...[compiled, "--target", "web", "--omit-default-module-path"],
+      ...["--out-dir", WASM_OUT, "--out-name", file.name],
+    ]);
+    if (PROFILE === "release-wasm") await optimise(file, out);
+    writeFileSync(stamp, key);
+  }
+  say(`  ${file.name}_bg.wasm: ${describeSize(readFileSync(out))}`);
+}
+
+async function optimise(file, wasm) {
+  say(`  wasm-opt ${file.optimise} on ${file.name}_bg.wasm (a minute or two)`);
+  const program = join(ROOT, "node_modules", "binaryen", "bin", "wasm-opt");
+  const smaller = `${wasm}.opt`;
+  await run(process.execPath, [program, wasm, "-o", smaller, file.optimise, ...FEATURES]);
+  renameSync(smaller, wasm);
+}
+
+/** Raw and brotli size in bytes, as in the tables of the README. */
+export function wasmSizes(bytes) {
+  const params = { [constants.BROTLI_PARAM_QUALITY]: 11, [constants.BROTLI_PARAM_LGWIN]: 24 };
+  return { raw: bytes.length, brotli: brotliCompressSync(bytes, { params }).length };
+}
+
+function describeSize(bytes) {
+  return `${(bytes.length / 1e6).toFixed(2)} MB`;
+}

@@ -1,0 +1,72 @@
+import { DynaSkinError } from "./error.js";
+
+/** The 24 joints of the skeleton in SMPL's order, which is the order of every per-joint array. */
+export const JOINT_NAMES = [
+  "pelvis",
+  "left_hip",
+  "right_hip",
+  "spine1",
+  "left_knee",
+  "right_knee",
+  "spine2",
+  "left_ankle",
+  "right_ankle",
+  "spine3",
+  "left_foot",
+  "right_foot",
+  "neck",
+  "left_collar",
+  "right_collar",
+  "head",
+  "left_shoulder",
+  "right_shoulder",
+  "left_elbow",
+  "right_elbow",
+  "left_wrist",
+  "right_wrist",
+  "left_hand",
+  "right_hand",
+] as const;
+
+/** A joint's name. */
+export type JointName = (typeof JOINT_NAMES)[number];
+
+/**
+ * A pose: 99 numbers, `[tx, ty, tz, q0x, q0y, q0z, q0w, q1x, …]`.
+ *
+ * First the root's translation in metres (+Y up, the rest pose faces +Z, its left is +X; zero puts
+ * the body's feet on y = 0), then one unit quaternion x, y, z, w per joint in the order of
+ * {@link JOINT_NAMES}: the rotation of the joint's frame in its parent's. The rest frames are
+ * aligned with the model's axes, so the rest pose is all identity. Double precision, because the
+ * tissue feels second differences.
+ */
+export type Pose = Float64Array;
+
+/** Numbers in a {@link Pose}: 3 + 24 × 4. */
+export const POSE_LENGTH = 99;
+
+/** Number of shape coefficients β, in standard deviations; the first is stature. */
+export const SHAPE_LENGTH = 10;
+
+/** The rest pose: no translation, every rotation the identity. */
+export function restPose(): Pose {
+  const pose = new Float64Array(POSE_LENGTH);
+  for (let w = 6; w < POSE_LENGTH; w += 4) pose[w] = 1;
+  return pose;
+}
+
+/**
+ * Refuses numbers of the wrong count before they reach the core.
+ *
+ * @internal
+ */
+export function checkLength(what: string, values: ArrayLike<number>, expected: number): void {
+  const got = (values as ArrayLike<number> | null | undefined)?.length;
+  if (got === expected) return;
+  throw new DynaSkinError(
+    "argument",
+    got === undefined
+      ? `${what} must be an array of ${expected} numbers, got ${typeof values}.`
+      : `${what} must hold ${expected} numbers, got ${got}.`,
+  );
+}

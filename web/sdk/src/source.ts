@@ -1,0 +1,152 @@
+import { DynaSkinError } from "./error.js";
+
+/**
+ * Where a file's bytes come from: a URL (absolute, or relative to the page), the bytes themselves,
+ * or a response that is already under way.
+ */
+export type FileSource = string | URL | ArrayBuffer | ArrayBufferView | Blob | Response;
+
+/** How far a download is. */
+export interface Progress {
+  /** Bytes that have arrived, over all files. */
+  loadedBytes: number;
+  /** Bytes of all files as far as the servers have announced them; at least `loadedBytes`. */
+  totalBytes: number;
+}
+
+/**
+ * Adds up the progress of several downloads.
+ *
+ * @internal
+ */
+export class ProgressSum {
+  readonly #parts: Progress[] = [];
+  readonly #report: ((progress: Progress) => void) | undefined;
+
+  constructor(report: ((progress: Progress) => void) | undefined) {
+    this.#report = report;
+  }
+
+  /** A counter for one more file. */
+  part(): (loadedBytes: number, totalBytes: number) => void {
+    const part: Progress = { loadedBytes: 0, totalBytes: 0 };
+    this.#parts.push(part);
+    return (loadedBytes, totalBytes) => {
+      part.loadedBytes = loadedBytes;
+      part.totalBytes = Math.max(loadedBytes, totalBytes);
+      this.#report?.(
+        this.#parts.reduce(
+          (sum, next) => ({
+            loadedBytes: sum.loadedBytes + next.loadedBytes,
+            totalBytes: sum.totalBytes + next.totalBytes,
+          }),
+          { loadedBytes: 0, totalBytes: 0 },
+        ),
+      );
+    };
+  }
+}
+
+interface ReadOptions {
+  /** What the file is, for error messages: `the body`. */
+  what: string;
+  signal?: AbortSignal | undefined;
+  onProgress?: ((loadedBytes: number, totalBytes: number) => void) | undefined;
+}
+
+/**
+ * Reads a file to its end.
+ *
+ * @throws DynaSkinError `fetch` when it cannot be had.
+ * @internal
+ */
+export async function readBytes(source: FileSource, options: ReadOptions): Promise<Uint8Array> {
+  options.signal?.throwIfAborted();
+  if (source instanceof ArrayBuffer) return new Uint8Array(source);
+  if (ArrayBuffer.isView(source)) {
+    return new Uint8Array(source.buffer, source.byteOffset, source.byteLength);
+  }
+  if (typeof Blob !== "undefined" && source instanceof Blob) {
+    return new Uint8Array(await source.arrayBuffer());
+  }
+  if (typeof Response !== "undefined" && source instanceof Response) {
+    return readResponse(source, source.url || options.what, options);
+  }
+  const address = String(source);
+  const fromDisk = address.startsWith("file:") ? await readFromDisk(address, options) : null;
+  return fromDisk ?? readResponse(await open(address, options), address, options);
+}
+
+async function open(address: string, { what, signal }: ReadOptions): Promise<Response> {
+  try {
+    return await fetch(address, signal ? { signal } : {});
+  } catch (cause) {
+    signal?.throwIfAborted();
+    throw new DynaSkinError("fetch", `Could not download ${what} from ${address}.`, { cause });
+  }
+}
+
+async function readResponse(
+  response: Response,
+  address: string,
+  { what, signal, onProgress }: ReadOptions,
+): Promise<Uint8Array> {
+  if (!response.ok) {
+    throw new DynaSkinError(
+      "fetch",
+      `Could not download ${what} from ${address}: the server answered ${response.status}.`,
+    );
+  }
+  const announced = Number(response.headers.get("content-length")) || 0;
+  try {
+    const chunks: Uint8Array[] = [];
+    let loaded = 0;
+    for (const reader = response.body?.getReader(); reader; ) {
+      const { done, value } = await reader.read();
+      if (done) break;
+      chunks.push(value);
+      loaded += value.length;
+      onProgress?.(loaded, announced);
+    }
+    return join(chunks, loaded);
+  } catch (cause) {
+    signal?.throwIfAborted();
+    throw new DynaSkinError("fetch", `The download of ${what} from ${address} broke off.`, {
+      cause,
+    });
+  }
+}
+
+function join(chunks: Uint8Array[], length: number): Uint8Array {
+  const bytes = new Uint8Array(length);
+  let offset = 0;
+  for (const chunk of chunks) {
+    bytes.set(chunk, offset);
+    offset += chunk.length;
+  }
+  return bytes;
+}
+
+interface NodeProcess {
+  getBuiltinModule?: (name: "node:fs/promises") => {
+    readFile(path: URL, options: { signal?: AbortSignal }): Promise<Uint8Array>;
+  };
+}
+
+/** Node's `fetch` knows no `file:`; an import of `node:fs` would break bundlers, so it is asked for. */
+async function readFromDisk(
+  address: string,
+  { what, signal, onProgress }: ReadOptions,
+): Promise<Uint8Array | null> {
+  const { process } = globalThis as { process?: NodeProcess };
+  const files = process?.getBuiltinModule?.("node:fs/promises");
+  if (!files) return null;
+  try {
+    const bytes = await files.readFile(new URL(address), signal ? { signal } : {});
+    onProgress?.(bytes.length, bytes.length);
+    return bytes;
+  } catch (cause) {
+    signal?.throwIfAborted();
+    throw new DynaSkinError("fetch", `Could not read ${what} from ${address}.`, { cause });
+  }
+}
