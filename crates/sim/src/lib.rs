@@ -1,5 +1,20 @@
 //! The soft-tissue simulator of dynaskin and the data set it writes.
+//!
+//! A shell of tetrahedra lies between the skin and the bones ([`Shell`]); a [`Solver`] moves it by
+//! the inertia of a motion, and [`simulate_clip`] turns a whole motion into a [`ClipData`]: offsets
+//! of the soft vertices in the rest pose, at 60 Hz, that need no pose later than their own.
 
 mod dataset;
+mod elastic;
+mod kinematics;
+mod settings;
+mod shell;
+mod simulate;
+mod solver;
 
 pub use dataset::{ClipData, ClipHeader, DatasetError};
+pub use kinematics::{GRAVITY_M_PER_S2, soft_clip};
+pub use settings::{SimSettings, Tissue};
+pub use shell::{Shell, ShellError, ShellReport, Surface, soft_vertices};
+pub use simulate::{ClipLabels, SimError, Simulated, simulate_clip};
+pub use solver::{Solver, Unstable};

@@ -1,0 +1,327 @@
+//! Tetrahedra, skin triangles, masses and damping of a shell.
+
+use glam::{Mat3, Vec3};
+
+use super::columns::Columns;
+use super::inner::InnerSurface;
+use super::{Shell, ShellReport, Surface};
+use crate::settings::SimSettings;
+
+/// Tetrahedra of lower quality (1 = regular) are left out: they would dictate the time step.
+const LEAST_QUALITY: f32 = 0.08;
+
+/// A linear tetrahedron.
+#[derive(Clone, Debug)]
+pub(crate) struct Tet {
+    /// Nodes; the number of free nodes stands for "fixed to the bone".
+    pub nodes: [u32; 4],
+    /// Rest gradients of the shape functions of corners 1..4, in 1/m; corner 0 has minus their sum.
+    pub gradients_per_m: [Vec3; 3],
+    /// Volume in m³ times shear modulus in Pa.
+    pub stiffness_joules: f32,
+    /// Prism it belongs to, whose rotation it follows.
+    pub prism: u32,
+}
+
+/// A piece of skin.
+#[derive(Clone, Debug)]
+pub(crate) struct Triangle {
+    /// Nodes, as of [`Tet`].
+    pub nodes: [u32; 3],
+    /// Two unit vectors in its rest plane.
+    pub tangents: [Vec3; 2],
+    /// Rest gradients of corners 1 and 2 along the tangents, in 1/m.
+    pub gradients_per_m: [[f32; 2]; 2],
+    /// Area in m² times the skin's stiffness in N/m.
+    pub stiffness_joules: f32,
+    /// Prism it covers.
+    pub prism: u32,
+}
+
+pub(super) fn build(
+    surface: &Surface,
+    settings: &SimSettings,
+    columns: Columns,
+    inner: InnerSurface,
+) -> Shell {
+    let slots = columns.slots;
+    let layers = settings.layers.max(1) as usize;
+    let free = slots * layers;
+    let builder = Builder {
+        surface,
+        settings,
+        shear_pa: shear_moduli_pa(settings, &columns, &inner),
+        columns,
+        inner,
+        layers,
+    };
+    let mut node_mass_kg = vec![0.0; free];
+    let (tets, dropped_tets) = builder.tets(&mut node_mass_kg);
+    let triangles = builder.triangles(&mut node_mass_kg);
+    // A node that lost all its elements still needs a mass; it moves as if alone.
+    for mass in &mut node_mass_kg {
+        *mass = mass.max(1e-6);
+    }
+    let node_rest_m = (0..free)
+        .map(|node| builder.node_m(node % slots, node / slots))
+        .collect();
+    let node_damping_per_s = (0..free)
+        .map(|node| builder.damping_per_s(node % slots))
+        .collect();
+    let Builder { columns, inner, .. } = builder;
+    let depth_m = inner.depth_m[..slots].to_vec();
+    let mean = depth_m.iter().sum::<f32>() / slots as f32;
+    let report = ShellReport {
+        vertices: slots,
+        tets: tets.len(),
+        dropped_tets,
+        shortened_columns: inner.shortened,
+        mass_kg: node_mass_kg.iter().sum(),
+        depth_m: [
+            depth_m.iter().copied().fold(f32::INFINITY, f32::min),
+            mean,
+            depth_m.iter().copied().fold(0.0, f32::max),
+        ],
+    };
+    Shell {
+        vertices: columns.vertex[..slots].to_vec(),
+        column_skin: columns
+            .vertex
+            .iter()
+            .map(|v| surface.skin[*v as usize])
+            .collect(),
+        node_rest_m,
+        node_mass_kg,
+        node_damping_per_s,
+        tets,
+        triangles,
+        prisms: columns.prisms,
+        joints_rest_m: surface.joints_rest_m,
+        depth_m,
+        report,
+    }
+}
+
+fn shear_moduli_pa(settings: &SimSettings, columns: &Columns, inner: &InnerSurface) -> Vec<f32> {
+    (0..columns.vertex.len())
+        .map(|column| {
+            let tissue = columns.mixed(column, |region| {
+                settings.tissues[region].shear_modulus_at_pa(inner.depth_m[column])
+            });
+            let fade = 1.0 - columns.softness[column];
+            tissue * (1.0 + settings.edge_stiffening * fade * fade)
+        })
+        .collect()
+}
+
+struct Builder<'a> {
+    surface: &'a Surface,
+    settings: &'a SimSettings,
+    columns: Columns,
+    inner: InnerSurface,
+    shear_pa: Vec<f32>,
+    layers: usize,
+}
+
+impl Builder<'_> {
+    fn node_m(&self, column: usize, layer: usize) -> Vec3 {
+        let share = layer as f32 / self.layers as f32;
+        self.surface.positions_m[self.columns.vertex[column] as usize]
+            + self.inner.inward[column] * (self.inner.depth_m[column] * share)
+    }
+
+    fn node(&self, column: usize, layer: usize) -> u32 {
+        let slots = self.columns.slots;
+        let free = column < slots && layer < self.layers;
+        (if free {
+            layer * slots + column
+        } else {
+            slots * self.layers
+        }) as u32
+    }
+
+    /// Damping rate from the ratio at the frequency of a layer on bone, `sqrt(G/rho)/(4h)`.
+    fn damping_per_s(&self, slot: usize) -> f32 {
+        let speed = (self.shear_pa[slot] / self.settings.density_kg_per_m3).sqrt();
+        let frequency_hz = speed / (4.0 * self.inner.depth_m[slot]);
+        let ratio = self
+            .columns
+            .mixed(slot, |r| self.settings.tissues[r].damping_ratio);
+        2.0 * ratio * std::f32::consts::TAU * frequency_hz
+    }
+
+    fn tets(&self, mass_kg: &mut [f32]) -> (Vec<Tet>, usize) {
+        let mut tets = Vec::new();
+        let mut dropped = 0;
+        for (prism_index, prism) in self.columns.prisms.iter().enumerate() {
+            let mut order = prism.map(|column| column as usize);
+            order.sort_by(|&a, &b| {
+                let key = |c: usize| self.surface.split_order[self.columns.vertex[c] as usize];
+                key(a).total_cmp(&key(b)).then(a.cmp(&b))
+            });
+            let [a, b, c] = order;
+            let even = parity(prism.map(|column| column as usize), order);
+            let shear_pa = prism
+                .iter()
+                .map(|c| self.shear_pa[*c as usize])
+                .sum::<f32>()
+                / 3.0;
+            for top in 0..self.layers {
+                let low = top + 1;
+                // Diagonals run from the lower to the higher column on every side, so that
+                // neighbouring prisms agree.
+                let split = [
+                    (-even, [(a, top), (b, top), (c, top), (c, low)]),
+                    (even, [(a, top), (b, top), (b, low), (c, low)]),
+                    (-even, [(a, top), (a, low), (b, low), (c, low)]),
+                ];
+                for (sign, corners) in split {
+                    let nodes = corners.map(|(column, layer)| self.node(column, layer));
+                    if nodes.iter().all(|&n| n as usize == mass_kg.len()) {
+                        continue;
+                    }
+                    let positions = corners.map(|(column, layer)| self.node_m(column, layer));
+                    let Some((gradients_per_m, volume_m3)) = tet_gradients(positions, sign) else {
+                        dropped += 1;
+                        continue;
+                    };
+                    let share = volume_m3 * self.settings.density_kg_per_m3 / 4.0;
+                    add_mass(mass_kg, &nodes, share);
+                    tets.push(Tet {
+                        nodes,
+                        gradients_per_m,
+                        stiffness_joules: volume_m3 * shear_pa,
+                        prism: prism_index as u32,
+                    });
+                }
+            }
+        }
+        (tets, dropped)
+    }
+}
+
+impl Builder<'_> {
+    fn triangles(&self, mass_kg: &mut [f32]) -> Vec<Triangle> {
+        let mut triangles = Vec::new();
+        for (prism_index, prism) in self.columns.prisms.iter().enumerate() {
+            let columns = prism.map(|column| column as usize);
+            let [a, b, c] = columns.map(|column| self.node_m(column, 0));
+            let (edge_b, edge_c) = (b - a, c - a);
+            let normal = edge_b.cross(edge_c);
+            let area_m2 = normal.length() / 2.0;
+            let longest = edge_b.length_squared().max(edge_c.length_squared());
+            if area_m2 < 1e-3 * longest {
+                continue;
+            }
+            let first = edge_b.normalize();
+            let second = normal.normalize().cross(first);
+            // Columns of the inverse of [[b·t1, c·t1], [b·t2, c·t2]] are the gradients.
+            let (b1, c1, c2) = (edge_b.dot(first), edge_c.dot(first), edge_c.dot(second));
+            let gradients_per_m = [[1.0 / b1, -c1 / (b1 * c2)], [0.0, 1.0 / c2]];
+            let nodes = columns.map(|column| self.node(column, 0));
+            add_mass(
+                mass_kg,
+                &nodes,
+                area_m2 * self.settings.skin_kg_per_m2 / 3.0,
+            );
+            let skin_n_per_m = columns
+                .iter()
+                .map(|&c| {
+                    self.columns
+                        .mixed(c, |r| self.settings.tissues[r].skin_n_per_m)
+                })
+                .sum::<f32>()
+                / 3.0;
+            triangles.push(Triangle {
+                nodes,
+                tangents: [first, second],
+                gradients_per_m,
+                stiffness_joules: area_m2 * skin_n_per_m,
+                prism: prism_index as u32,
+            });
+        }
+        triangles
+    }
+}
+
+/// 1 if `order` is an even permutation of `winding`, -1 if it is odd.
+fn parity(winding: [usize; 3], order: [usize; 3]) -> f32 {
+    let start = winding
+        .iter()
+        .position(|&column| column == order[0])
+        .unwrap_or(0);
+    if winding[(start + 1) % 3] == order[1] {
+        1.0
+    } else {
+        -1.0
+    }
+}
+
+fn add_mass(mass_kg: &mut [f32], nodes: &[u32], share_kg: f32) {
+    for &node in nodes {
+        if let Some(mass) = mass_kg.get_mut(node as usize) {
+            *mass += share_kg;
+        }
+    }
+}
+
+/// Gradients of the shape functions of corners 1..4 and the volume in m³; none for a sliver or a
+/// tetrahedron whose orientation is not `sign`.
+fn tet_gradients([a, b, c, d]: [Vec3; 4], sign: f32) -> Option<([Vec3; 3], f32)> {
+    let edges = Mat3::from_cols(b - a, c - a, d - a);
+    let volume_m3 = sign * edges.determinant() / 6.0;
+    let edge_squares: f32 = [b - a, c - a, d - a, c - b, d - b, d - c]
+        .iter()
+        .map(|edge| edge.length_squared())
+        .sum();
+    // Mean ratio (Liu & Joe 1994): 1 for a regular tetrahedron, 0 for a flat one.
+    let quality = 12.0 * (3.0 * volume_m3.max(0.0)).powf(2.0 / 3.0) / edge_squares.max(1e-20);
+    if quality < LEAST_QUALITY {
+        return None;
+    }
+    let gradients = edges.inverse().transpose();
+    Some((
+        [gradients.x_axis, gradients.y_axis, gradients.z_axis],
+        volume_m3,
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_reproduce_a_linear_field() {
+        let corners = [
+            Vec3::new(0.0, 0.1, 0.0),
+            Vec3::new(0.1, 0.0, 0.02),
+            Vec3::new(0.03, 0.2, 0.1),
+            Vec3::new(0.05, 0.0, -0.1),
+        ];
+        let volume = Mat3::from_cols(
+            corners[1] - corners[0],
+            corners[2] - corners[0],
+            corners[3] - corners[0],
+        )
+        .determinant()
+            / 6.0;
+        let (gradients, volume_m3) = tet_gradients(corners, volume.signum()).unwrap();
+        assert!((volume_m3 - volume.abs()).abs() < 1e-9);
+        assert!(
+            tet_gradients(corners, -volume.signum()).is_none(),
+            "inverted is refused"
+        );
+        let slope = Vec3::new(1.0, -2.0, 0.5);
+        let mut sum = Vec3::ZERO;
+        for (corner, gradient) in corners[1..].iter().zip(gradients) {
+            sum += gradient * slope.dot(*corner - corners[0]);
+        }
+        assert!((sum - slope).length() < 1e-4, "{sum}");
+    }
+
+    #[test]
+    fn slivers_are_refused() {
+        let flat = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(0.3, 0.3, 1e-3)];
+        assert!(tet_gradients(flat, 1.0).is_none());
+    }
+}

@@ -1,0 +1,156 @@
+//! The inner surface: how deep each column goes and in which direction.
+
+use glam::Vec3;
+
+use super::Surface;
+use super::columns::Columns;
+use crate::settings::SimSettings;
+
+/// Rounds of smoothing the directions and the depth.
+const DIRECTION_ROUNDS: usize = 12;
+const DEPTH_ROUNDS: usize = 3;
+/// Rounds of cutting depth where the inner surface folds.
+const LIMIT_ROUNDS: usize = 60;
+/// A column is cut while a face's inner copy has less than this part of its area, seen along the
+/// face's own normal: at 0 it has no area, below it is inside out.
+const LEAST_AREA_RATIO: f32 = 0.2;
+/// Share of its depth that a cut column keeps per round.
+const CUT: f32 = 0.9;
+
+/// Depth and direction of every column.
+pub(super) struct InnerSurface {
+    /// Unit vectors towards the bone.
+    pub inward: Vec<Vec3>,
+    /// Depth in metres.
+    pub depth_m: Vec<f32>,
+    /// Columns whose depth was cut.
+    pub shortened: usize,
+}
+
+impl InnerSurface {
+    pub fn fit(surface: &Surface, columns: &Columns, settings: &SimSettings) -> Self {
+        let [least, most] = settings.depth_limits_m;
+        let mut inward = vertex_normals(surface);
+        let mut inward: Vec<Vec3> = columns
+            .vertex
+            .iter()
+            .map(|v| -std::mem::take(&mut inward[*v as usize]))
+            .collect();
+        for _ in 0..DIRECTION_ROUNDS {
+            inward = smoothed(&inward, columns, 0.5);
+            for direction in &mut inward {
+                *direction = direction.normalize_or_zero();
+            }
+        }
+        let mut depth_m: Vec<f32> = columns
+            .vertex
+            .iter()
+            .zip(&columns.softness)
+            .map(|(v, softness)| {
+                // Shallow where the tissue fades into skin over bone.
+                let fade = 0.4 + 0.6 * softness;
+                (surface.depth_m[*v as usize] * fade).clamp(least, most)
+            })
+            .collect();
+        for _ in 0..DEPTH_ROUNDS {
+            depth_m = smoothed(&depth_m, columns, 0.5);
+        }
+        let wanted_m = depth_m.clone();
+        for _ in 0..LIMIT_ROUNDS {
+            if !cut_folds(surface, columns, &inward, &mut depth_m, least) {
+                break;
+            }
+        }
+        let shortened = depth_m
+            .iter()
+            .zip(&wanted_m)
+            .filter(|(now, wanted)| now < wanted)
+            .count();
+        Self {
+            inward,
+            depth_m,
+            shortened,
+        }
+    }
+}
+
+/// Shortens the columns of folded faces; tells whether there was one.
+fn cut_folds(
+    surface: &Surface,
+    columns: &Columns,
+    inward: &[Vec3],
+    depth_m: &mut [f32],
+    least_m: f32,
+) -> bool {
+    let mut cut = vec![false; depth_m.len()];
+    for prism in &columns.prisms {
+        let outer = prism.map(|c| surface.positions_m[columns.vertex[c as usize] as usize]);
+        let inner: [Vec3; 3] = std::array::from_fn(|k| {
+            outer[k] + inward[prism[k] as usize] * depth_m[prism[k] as usize]
+        });
+        let normal = area_vector(outer);
+        if area_vector(inner).dot(normal) < LEAST_AREA_RATIO * normal.length_squared() {
+            for &column in prism {
+                cut[column as usize] |= depth_m[column as usize] > least_m;
+            }
+        }
+    }
+    let any = cut.contains(&true);
+    // The neighbours give way a little too, so that no step is left beside a cut column.
+    let limit: Vec<f32> = (0..depth_m.len())
+        .map(|c| {
+            if cut[c] {
+                (depth_m[c] * CUT).max(least_m)
+            } else {
+                depth_m[c]
+            }
+        })
+        .collect();
+    for column in 0..depth_m.len() {
+        let beside = columns.neighbours[column]
+            .iter()
+            .filter(|&&n| cut[n as usize])
+            .map(|&n| limit[n as usize] * 1.25)
+            .fold(f32::INFINITY, f32::min);
+        depth_m[column] = limit[column].min(beside);
+    }
+    any
+}
+
+fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a) * 0.5
+}
+
+/// Unit normals, weighted by area.
+fn vertex_normals(surface: &Surface) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::ZERO; surface.positions_m.len()];
+    for face in &surface.faces {
+        let area = area_vector(face.map(|v| surface.positions_m[v as usize]));
+        for &v in face {
+            normals[v as usize] += area;
+        }
+    }
+    for normal in &mut normals {
+        *normal = normal.normalize_or_zero();
+    }
+    normals
+}
+
+/// One round of moving every value towards the mean of its neighbours.
+fn smoothed<T>(values: &[T], columns: &Columns, amount: f32) -> Vec<T>
+where
+    T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
+{
+    values
+        .iter()
+        .zip(&columns.neighbours)
+        .map(|(value, around)| {
+            let mut others = around.iter().map(|&n| values[n as usize]);
+            let Some(first) = others.next() else {
+                return *value;
+            };
+            let mean = others.fold(first, |sum, other| sum + other) * (1.0 / around.len() as f32);
+            *value * (1.0 - amount) + mean * amount
+        })
+        .collect()
+}
