@@ -1,5 +1,13 @@
 //! Motion clips for the body's skeleton: readers, procedural test motions, retargeting, resampling.
 
+mod bvh;
 mod clip;
+mod error;
+mod procedural;
+mod retarget;
 
-pub use clip::{Clip, MODEL_RATE_HZ};
+pub use bvh::{Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
+pub use clip::{Clip, MAX_CLIP_FRAMES, MODEL_RATE_HZ};
+pub use error::MotionError;
+pub use procedural::{Procedural, ProceduralKind};
+pub use retarget::{JointReport, LengthUnit, retarget};

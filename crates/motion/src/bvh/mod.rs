@@ -1,0 +1,137 @@
+//! Biovision Hierarchy files: skeleton and motion as text.
+//!
+//! The format has no standard. Read here is what the exporters of motion-capture suites write:
+//! `HIERARCHY` with nested `ROOT`/`JOINT`/`End Site` blocks of `OFFSET` and `CHANNELS`, then
+//! `MOTION` with one line of values per frame.
+
+mod parse;
+mod text;
+
+use glam::{DQuat, DVec3};
+
+use crate::MotionError;
+
+/// Largest number of joints read from a file.
+pub const MAX_BVH_JOINTS: usize = 1024;
+/// Largest number of channels of one joint.
+pub const MAX_JOINT_CHANNELS: usize = 12;
+
+/// One animated degree of freedom of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Position along x, y or z (0, 1, 2), in the file's unit of length, relative to the parent;
+    /// takes the place of that component of the offset.
+    Position(u8),
+    /// Rotation about x, y or z (0, 1, 2), in degrees.
+    Rotation(u8),
+}
+
+/// A joint of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BvhJoint {
+    /// Name as written, trimmed.
+    pub name: String,
+    /// Index of the parent; none for a root. Parents come before their children.
+    pub parent: Option<usize>,
+    /// Rest position relative to the parent, in the file's unit of length.
+    pub offset: DVec3,
+    /// Channels in the order in which their values stand in a frame and their rotations multiply.
+    pub channels: Vec<Channel>,
+    /// Position of the first channel's value within a frame.
+    pub first_channel: usize,
+    /// Offset of the joint's first `End Site`, which tells where its bone points.
+    pub end_site: Option<DVec3>,
+}
+
+/// A BVH file: skeleton and frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bvh {
+    /// Joints, parents first.
+    pub joints: Vec<BvhJoint>,
+    /// Time step in seconds.
+    pub frame_seconds: f64,
+    /// Values per frame: the sum of all joints' channels, at least 1.
+    channel_count: usize,
+    /// Frame after frame, `[frame][channel]`.
+    values: Vec<f64>,
+}
+
+impl Bvh {
+    /// Reads a file. Unknown rotation orders, position channels anywhere, any line ends and cases
+    /// of keywords are taken; lengths stay in the file's unit.
+    ///
+    /// # Errors
+    /// [`MotionError`] naming the line and what was expected there.
+    pub fn parse(bytes: &[u8]) -> Result<Self, MotionError> {
+        parse::parse(bytes)
+    }
+
+    /// Number of frames, at least 1.
+    pub fn frame_count(&self) -> usize {
+        self.values.len() / self.channel_count
+    }
+
+    /// The channel values of a frame in the file's order. `frame` is below [`Self::frame_count`].
+    pub fn frame_values(&self, frame: usize) -> &[f64] {
+        &self.values[frame * self.channel_count..(frame + 1) * self.channel_count]
+    }
+
+    /// The joint's rotation relative to its parent: the product of its rotation channels from the
+    /// first to the last (column vectors: `Zrotation Xrotation Yrotation` is `Rz Rx Ry`).
+    pub fn parent_from_joint(&self, frame: usize, joint: usize) -> DQuat {
+        let mut rotation = DQuat::IDENTITY;
+        for (channel, value) in self.channels(frame, joint) {
+            if let Channel::Rotation(axis) = channel {
+                rotation *= DQuat::from_axis_angle(DVec3::AXES[axis as usize], value.to_radians());
+            }
+        }
+        rotation
+    }
+
+    /// The joint's position relative to its parent, in the file's unit.
+    pub fn joint_in_parent(&self, frame: usize, joint: usize) -> DVec3 {
+        let mut position = self.joints[joint].offset;
+        for (channel, value) in self.channels(frame, joint) {
+            if let Channel::Position(axis) = channel {
+                position[axis as usize] = value;
+            }
+        }
+        position
+    }
+
+    fn channels(&self, frame: usize, joint: usize) -> impl Iterator<Item = (Channel, f64)> {
+        let joint = &self.joints[joint];
+        let values = &self.frame_values(frame)[joint.first_channel..];
+        joint.channels.iter().copied().zip(values.iter().copied())
+    }
+
+    /// World rotation and position of every joint at a frame.
+    pub fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
+        let mut world: Vec<(DQuat, DVec3)> = Vec::with_capacity(self.joints.len());
+        for (idx, joint) in self.joints.iter().enumerate() {
+            let rotation = self.parent_from_joint(frame, idx);
+            let position = self.joint_in_parent(frame, idx);
+            world.push(match joint.parent {
+                None => (rotation, position),
+                Some(parent) => {
+                    let (parent_rotation, parent_position) = world[parent];
+                    (
+                        (parent_rotation * rotation).normalize(),
+                        parent_position + parent_rotation * position,
+                    )
+                }
+            });
+        }
+        world
+    }
+
+    /// Positions of all joints in the rest pose (every rotation zero), in the file's unit.
+    pub fn rest_positions(&self) -> Vec<DVec3> {
+        let mut rest: Vec<DVec3> = Vec::with_capacity(self.joints.len());
+        for joint in &self.joints {
+            let parent = joint.parent.map_or(DVec3::ZERO, |parent| rest[parent]);
+            rest.push(parent + joint.offset);
+        }
+        rest
+    }
+}

@@ -1,0 +1,145 @@
+//! What can go wrong with a motion.
+
+use dynaskin_body::Joint;
+
+/// A motion file, clip or parameter that cannot be used, with the place and what would be right.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// The text is not the BVH that was expected at this line.
+    #[error("BVH line {line}: expected {expected}, found {found}")]
+    Syntax {
+        /// Line, counted from 1.
+        line: usize,
+        /// What would be right here.
+        expected: String,
+        /// What stands there instead, shortened.
+        found: String,
+    },
+    /// The file ends too early.
+    #[error(
+        "BVH ends at line {line}, expected {expected}; the file seems truncated, export it again"
+    )]
+    Truncated {
+        /// Last line, counted from 1.
+        line: usize,
+        /// What is missing.
+        expected: String,
+    },
+    /// A number is not finite or absurdly large.
+    #[error("BVH line {line}: {found} is not a usable number (finite, below 1e9 in size)")]
+    BadNumber {
+        /// Line, counted from 1.
+        line: usize,
+        /// The text of the number.
+        found: String,
+    },
+    /// The file asks for more than this reader accepts.
+    #[error("BVH line {line}: {what} is {got}, at most {limit} are accepted")]
+    Limit {
+        /// Line, counted from 1.
+        line: usize,
+        /// What is counted.
+        what: &'static str,
+        /// Largest accepted count.
+        limit: usize,
+        /// The file's count.
+        got: usize,
+    },
+    /// A frame's values do not end where its line ends.
+    #[error(
+        "BVH line {line}: the values of frame {frame} do not end with the line; each frame needs \
+         exactly {expected} values (the sum of all CHANNELS)"
+    )]
+    FrameLength {
+        /// Line, counted from 1.
+        line: usize,
+        /// Frame, counted from 1.
+        frame: usize,
+        /// Values per frame.
+        expected: usize,
+    },
+    /// More values follow the number of frames the file announced.
+    #[error("BVH line {line}: more values after the {frames} announced by `Frames:`")]
+    ExtraFrames {
+        /// Line of the first surplus value, counted from 1.
+        line: usize,
+        /// Announced number of frames.
+        frames: usize,
+    },
+    /// `Frame Time:` is not a time step that can be played.
+    #[error("BVH line {line}: frame time {found} s, expected between 0.0001 and 10 seconds")]
+    FrameTime {
+        /// Line, counted from 1.
+        line: usize,
+        /// The file's value.
+        found: f64,
+    },
+    /// The joint names do not show a human skeleton.
+    #[error(
+        "no source joint found for {}; recognised {recognised} of the file's {total} joints. Rename \
+         them as in CMU, Mixamo or SMPL skeletons (Hips, LeftUpLeg, LeftLeg, LeftArm, LeftForeArm, ...)",
+        list(.missing)
+    )]
+    MissingJoints {
+        /// Joints without which there is no retargeting.
+        missing: Vec<Joint>,
+        /// Number of joints recognised.
+        recognised: usize,
+        /// Number of joints in the file.
+        total: usize,
+    },
+    /// The rest pose of a skeleton has no usable geometry.
+    #[error("{skeleton} skeleton: {problem}")]
+    Degenerate {
+        /// `source` or `target`.
+        skeleton: &'static str,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A parameter is outside its range.
+    #[error("{name} is {got}, expected {expected}")]
+    Parameter {
+        /// The parameter.
+        name: &'static str,
+        /// Its value.
+        got: f64,
+        /// Its range.
+        expected: String,
+    },
+    /// A clip has no frames.
+    #[error("the clip has no frames, expected at least one pose")]
+    EmptyClip,
+    /// A result would be longer than a clip may be.
+    #[error(
+        "the clip would have {frames:.0} frames, at most {limit} are accepted; lower the rate or shorten it"
+    )]
+    TooLong {
+        /// Frames asked for.
+        frames: f64,
+        /// Largest accepted count.
+        limit: usize,
+    },
+    /// A ballistic flight of that height takes longer than the tempo leaves.
+    #[error(
+        "{motion}: a flight of {height_m} m lasts {flight_seconds:.2} s and does not fit a tempo of \
+         {tempo_hz} Hz; lower the height to {max_height_m:.3} m or the tempo"
+    )]
+    FlightDoesNotFit {
+        /// Name of the motion.
+        motion: &'static str,
+        /// Asked height in metres.
+        height_m: f64,
+        /// Asked tempo in hertz.
+        tempo_hz: f64,
+        /// Duration of the flight in seconds.
+        flight_seconds: f64,
+        /// Largest height that fits the tempo, in metres.
+        max_height_m: f64,
+    },
+}
+
+fn list(joints: &[Joint]) -> String {
+    let names: Vec<&str> = joints.iter().map(|joint| joint.name()).collect();
+    names.join(", ")
+}

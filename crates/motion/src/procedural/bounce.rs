@@ -1,0 +1,224 @@
+//! The vertical course of the pelvis through flights and ground contacts.
+
+use super::figure::Figure;
+use super::track::{Knot, Track, smooth_lag};
+use super::{GRAVITY, LEAD_SECONDS, Procedural};
+use crate::MotionError;
+
+/// Largest acceleration of the pelvis in contact, in m/s².
+const MAX_CONTACT_ACCELERATION: f64 = 45.0;
+/// Aim for the acceleration with which soles leave the floor, in m/s².
+const SOLE_ACCELERATION: f64 = 40.0;
+/// Usual durations of sinking into the first crouch and of standing up, in seconds.
+const SINK_SECONDS: f64 = 0.45;
+const RISE_SECONDS: f64 = 0.6;
+
+/// A flight of the pelvis: ballistic from `start` to `end`.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    pub start: f64,
+    pub end: f64,
+}
+
+/// Flights at a fixed period, with a crouch before the first and standing up after the last.
+#[derive(Debug)]
+pub struct Bounce {
+    /// Height of the pelvis over its place in the rest pose, in metres.
+    pub pelvis_m: Track,
+    pub flights: Vec<Flight>,
+    /// Height of the pelvis at take-off and touch-down.
+    pub release_m: f64,
+    /// Height of the pelvis while standing.
+    pub stand_m: f64,
+    /// Time from the lowest point to take-off, and from touch-down to the lowest point.
+    pub push_seconds: f64,
+    /// When the first crouch is deepest, the last one is, and when the body stands again.
+    pub first_bottom: f64,
+    pub last_bottom: f64,
+    pub end: f64,
+    speed: f64,
+    lag_seconds: f64,
+}
+
+/// What a bounce needs to know beside the tempo and height of the motion.
+pub struct BouncePlan {
+    /// Time from flight to flight, in seconds.
+    pub period_seconds: f64,
+    /// Time for getting into position before the first crouch, in seconds.
+    pub prepare_seconds: f64,
+    /// Sideways place of the soles while standing, and at their widest, relative to the rest pose.
+    pub sole_aside_m: f64,
+    pub widest_m: f64,
+    /// The number of flights is a multiple of this.
+    pub multiple: usize,
+}
+
+impl Bounce {
+    pub fn new(
+        motion: &Procedural,
+        figure: &Figure,
+        plan: &BouncePlan,
+    ) -> Result<Self, MotionError> {
+        let height_m = motion.height_m;
+        let period = plan.period_seconds;
+        let speed = (2.0 * GRAVITY * height_m).sqrt();
+        let flight_seconds = 2.0 * speed / GRAVITY;
+        // In a contact of length 2T that is a quartic in time, the acceleration peaks at
+        // 1.5 v / T + g / 2 (see `push`).
+        let shortest_contact = 3.0 * speed / (MAX_CONTACT_ACCELERATION - GRAVITY / 2.0);
+        let contact_seconds = period - flight_seconds;
+        if contact_seconds < shortest_contact {
+            let needed_per_speed = (flight_seconds + shortest_contact) / speed;
+            return Err(MotionError::FlightDoesNotFit {
+                motion: motion.kind.name(),
+                height_m,
+                tempo_hz: motion.tempo_hz,
+                flight_seconds,
+                max_height_m: (period / needed_per_speed).powi(2) / (2.0 * GRAVITY),
+            });
+        }
+        let lag_seconds = (1.875 * speed / SOLE_ACCELERATION)
+            .max(0.06)
+            .min(0.9 * speed / GRAVITY);
+        let stand_m = -figure.drop_for(plan.sole_aside_m);
+        // The leg has to stretch a little further while the soles gather speed after take-off.
+        let release_m = stand_m.min(-figure.drop_for(plan.widest_m)) + figure.tiptoe_rise_m()
+            - speed * lag_seconds / 2.0;
+        let depth_m = figure.leg_m * (0.07 + 0.11 * speed);
+        let push_seconds = push_seconds(speed, depth_m).min(contact_seconds / 2.0);
+
+        let around = plan.prepare_seconds + SINK_SECONDS + 2.0 * push_seconds + RISE_SECONDS
+            - contact_seconds;
+        let count = motion.repetitions(period, around, plan.multiple)?;
+        let first_bottom = LEAD_SECONDS + plan.prepare_seconds + SINK_SECONDS;
+        let flights: Vec<Flight> = (0..count)
+            .map(|idx| {
+                let start = first_bottom + push_seconds + idx as f64 * period;
+                Flight {
+                    start,
+                    end: start + flight_seconds,
+                }
+            })
+            .collect();
+        let last_bottom =
+            first_bottom + 2.0 * push_seconds + (count - 1) as f64 * period + flight_seconds;
+        let mut bounce = Self {
+            pelvis_m: Track::default(),
+            flights,
+            release_m,
+            stand_m,
+            push_seconds,
+            first_bottom,
+            last_bottom,
+            end: last_bottom + RISE_SECONDS,
+            speed,
+            lag_seconds,
+        };
+        bounce.pelvis_m = Track::new(bounce.knots(LEAD_SECONDS + plan.prepare_seconds));
+        Ok(bounce)
+    }
+
+    /// The lowest point of a contact: between touch-down and take-off the height is a quartic in
+    /// time from the middle, `c0 + c2 τ² + c4 τ⁴`, that meets speed ±v and acceleration -g at
+    /// τ = ±T. It follows that `c4 = -(g + v/T) / (8 T²)` and `2 c2 = 1.5 v/T + g/2`.
+    fn bottom(&self, time: f64) -> Knot {
+        let t = self.push_seconds;
+        Knot {
+            time,
+            value: self.release_m - (0.625 * self.speed * t + GRAVITY * t * t / 8.0),
+            speed: 0.0,
+            acceleration: 1.5 * self.speed / t + GRAVITY / 2.0,
+        }
+    }
+
+    fn knots(&self, sink_start: f64) -> Vec<Knot> {
+        let mut knots = vec![
+            Knot::still(sink_start, self.stand_m),
+            self.bottom(self.first_bottom),
+        ];
+        for (idx, flight) in self.flights.iter().enumerate() {
+            let released = |time: f64, speed: f64| Knot {
+                time,
+                value: self.release_m,
+                speed,
+                acceleration: -GRAVITY,
+            };
+            knots.push(released(flight.start, self.speed));
+            knots.push(released(flight.end, -self.speed));
+            let sunk = self.bottom(flight.end + self.push_seconds);
+            knots.push(sunk);
+            if let Some(next) = self.flights.get(idx + 1) {
+                self.pause(
+                    sunk,
+                    self.bottom(next.start - self.push_seconds),
+                    &mut knots,
+                );
+            }
+        }
+        knots.push(Knot::still(self.end, self.stand_m));
+        knots
+    }
+
+    /// From the lowest point after a landing to the lowest before the next push. They are one in
+    /// quick hopping; a longer pause rises between them, and a long one stands.
+    fn pause(&self, sunk: Knot, ready: Knot, knots: &mut Vec<Knot>) {
+        let pause = ready.time - sunk.time;
+        if pause < 1e-6 {
+            return;
+        }
+        // Height that a quintic between both points rises by.
+        let rise_m = sunk.acceleration * pause * pause / 32.0;
+        if rise_m > self.stand_m - sunk.value {
+            let rise = (pause / 2.0).min(RISE_SECONDS);
+            knots.push(Knot::still(sunk.time + rise, self.stand_m));
+            if pause - 2.0 * rise > 1e-6 {
+                knots.push(Knot::still(ready.time - rise, self.stand_m));
+            }
+        }
+        knots.push(ready);
+    }
+
+    /// The flight at `time`, with its number and the fraction of it that has passed.
+    pub fn flight_at(&self, time: f64) -> Option<(usize, f64)> {
+        self.flights.iter().enumerate().find_map(|(idx, flight)| {
+            let passed = (time - flight.start) / (flight.end - flight.start);
+            (0.0..=1.0).contains(&passed).then_some((idx, passed))
+        })
+    }
+
+    /// Height in metres of soles that leave the floor after the pelvis and come back before it:
+    /// they gather the pelvis's speed smoothly, so the leg lengthens by v T / 2.
+    pub fn sole_m(&self, time: f64) -> f64 {
+        let Some((idx, _)) = self.flight_at(time) else {
+            return 0.0;
+        };
+        let flight = self.flights[idx];
+        let from_contact = (time - flight.start).min(flight.end - time);
+        let lag_m = self.speed * self.lag_seconds * smooth_lag(from_contact / self.lag_seconds);
+        (self.pelvis_m.at(time) - self.release_m - lag_m).max(0.0)
+    }
+
+    /// How far the body crouches below standing, in metres; close to 0 in flight, smooth.
+    pub fn crouch_m(&self, time: f64) -> f64 {
+        let width_m = 0.03;
+        let depth_m = self.stand_m - self.pelvis_m.at(time);
+        width_m * ((depth_m / width_m).exp().ln_1p() - std::f64::consts::LN_2)
+    }
+
+    /// 0 while standing, 1 from the first crouch to the last.
+    pub fn engagement(&self) -> Track {
+        let start = LEAD_SECONDS;
+        Track::through(&[
+            (start, 0.0),
+            (self.first_bottom, 1.0),
+            (self.last_bottom, 1.0),
+            (self.end, 0.0),
+        ])
+    }
+}
+
+/// Time T of a push over `depth_m` to `speed`: solves `0.625 v T + g T²/8 = depth`.
+fn push_seconds(speed: f64, depth_m: f64) -> f64 {
+    let b = 0.625 * speed;
+    ((b * b + 0.5 * GRAVITY * depth_m).sqrt() - b) / (0.25 * GRAVITY)
+}

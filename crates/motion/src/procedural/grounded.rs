@@ -1,0 +1,223 @@
+//! Motions that keep at least one foot on the floor.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use super::figure::{Arm, Figure, Sides, Sole, Stance};
+use super::track::{Knot, Track, bump, smooth_step};
+use super::{LEAD_SECONDS, Procedural, StanceAt};
+use crate::MotionError;
+
+/// Length of a step per length of leg.
+const STEP_LENGTH: f64 = 0.65;
+/// Fraction of a step during which both feet stand.
+const DOUBLE_SUPPORT: f64 = 0.2;
+/// Angle of the sole at heel strike, in radians.
+const HEEL_STRIKE_PITCH: f64 = -0.25;
+
+pub fn walk<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, MotionError> {
+    let tempo_hz = motion.tempo_hz;
+    let height_m = motion.height_m;
+    let sink_seconds = 0.4;
+    let steps = motion.repetitions(1.0 / tempo_hz, 2.0 * sink_seconds, 2)?;
+    let steps = steps.max(2);
+    let start = LEAD_SECONDS + sink_seconds;
+    let end = start + steps as f64 / tempo_hz;
+    let step_m = STEP_LENGTH * figure.leg_m;
+    let aside_m = 0.09 * figure.leg_m - figure.sole_aside_m();
+    let ahead = pelvis_ahead(steps, step_m);
+    // Legs apart reach less high.
+    let stand_m = -figure.drop_for(aside_m);
+    let walk_m = stand_m - step_m * step_m / (10.0 * figure.leg_m);
+    let height = Track::through(&[
+        (LEAD_SECONDS, stand_m),
+        (start, walk_m),
+        (end, walk_m),
+        (end + sink_seconds, stand_m),
+    ]);
+    let gait = Track::through(&[
+        (start, 0.0),
+        (start + 1.0 / tempo_hz, 1.0),
+        (end - 1.0 / tempo_hz, 1.0),
+        (end, 0.0),
+    ]);
+    Ok(Box::new(move |time| {
+        let phase = ((time - start) * tempo_hz).clamp(0.0, steps as f64);
+        let gait = gait.at(time);
+        let sole = |side: usize, x: f64| {
+            let (z, swing, pitch) = foot(side, phase, steps, step_m);
+            Sole {
+                shift_m: DVec3::new(x, height_m * swing, z),
+                pitch,
+            }
+        };
+        // +1 while the left foot is ahead (it lands at odd phases), -1 while the right one is.
+        let left_ahead = gait * -(PI * phase).cos();
+        // The left foot swings in even steps; meanwhile the weight is on the right.
+        let to_left = gait * -(PI * phase).sin();
+        let arm = |ahead: f64| Arm {
+            ahead: 0.4 * ahead,
+            aside: 0.05 * gait,
+            bend: 0.1 * gait + 0.15 * ahead,
+        };
+        Stance {
+            pelvis_shift_m: DVec3::new(
+                0.025 * to_left,
+                height.at(time) - 0.012 * gait * (TAU * phase).cos(),
+                ahead.at(phase),
+            ),
+            pelvis_turn: DVec3::new(0.03 * gait, -0.09 * left_ahead, 0.05 * to_left),
+            chest_turn: DVec3::new(0.02 * gait, 0.2 * left_ahead, -0.06 * to_left),
+            soles: Sides {
+                left: sole(0, aside_m),
+                right: sole(1, -aside_m),
+            },
+            arms: Sides {
+                left: arm(-left_ahead),
+                right: arm(left_ahead),
+            },
+        }
+    }))
+}
+
+/// Way of the pelvis over the phase in steps: half a step while the first foot swings, half while
+/// the last one closes up, steadily between.
+fn pelvis_ahead(steps: usize, step_m: f64) -> Track {
+    let knots = (0..=steps)
+        .map(|step| match step {
+            0 => Knot::still(0.0, 0.0),
+            last if last == steps => Knot::still(last as f64, (last - 1) as f64 * step_m),
+            step => Knot {
+                time: step as f64,
+                value: (step as f64 - 0.5) * step_m,
+                speed: step_m,
+                acceleration: 0.0,
+            },
+        })
+        .collect();
+    Track::new(knots)
+}
+
+/// Way ahead in metres, lift (0 to 1) and pitch of a foot (0 left, 1 right) at a phase in steps.
+/// The left foot swings in even steps, the right one in odd steps; step k lands k + 1 steps ahead,
+/// the last one beside the other foot.
+fn foot(side: usize, phase: f64, steps: usize, step_m: f64) -> (f64, f64, f64) {
+    let current = (phase.floor() as usize).min(steps - 1);
+    let lands_at = |step: usize| (step + 1).min(steps - 1) as f64 * step_m;
+    // The foot's last step up to the current one, if it made any.
+    let own = if current % 2 == side {
+        Some(current)
+    } else {
+        current.checked_sub(1)
+    };
+    let Some(own) = own else {
+        return (0.0, 0.0, 0.0);
+    };
+    let from = own.checked_sub(2).map_or(0.0, lands_at);
+    let passed = phase - own as f64;
+    let swing = (passed - DOUBLE_SUPPORT) / (1.0 - DOUBLE_SUPPORT);
+    let ahead = from + (lands_at(own) - from) * smooth_step(swing);
+    let strikes = own + 1 < steps;
+    let up = smooth_step((swing - 0.5) / 0.5);
+    let down = smooth_step((passed - 1.0) / 0.3);
+    let pitch = if strikes {
+        HEEL_STRIKE_PITCH * (up - down)
+    } else {
+        0.0
+    };
+    (ahead, bump(swing), pitch)
+}
+
+/// Strength of a repeated motion: 0 before and after, 1 from `start` + `ramp` to `end` - `ramp`.
+fn strength(start: f64, end: f64, ramp: f64) -> Track {
+    Track::through(&[
+        (start, 0.0),
+        (start + ramp, 1.0),
+        (end - ramp, 1.0),
+        (end, 0.0),
+    ])
+}
+
+pub fn twist<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, MotionError> {
+    let tempo_hz = motion.tempo_hz;
+    let height_m = motion.height_m;
+    let period = 1.0 / tempo_hz;
+    let cycles = motion.repetitions(period, 2.0 * period, 1)? + 2;
+    let (start, end) = (LEAD_SECONDS, LEAD_SECONDS + cycles as f64 * period);
+    let strength = strength(start, end, period);
+    let aside_m = 0.2 * figure.leg_m - figure.sole_aside_m();
+    let stand_m = -figure.drop_for(aside_m);
+    Ok(Box::new(move |time| {
+        let on = strength.at(time);
+        let swing = on * (TAU * tempo_hz * (time - start)).sin();
+        let sole = |x: f64| Sole {
+            shift_m: DVec3::new(x, 0.0, 0.0),
+            pitch: 0.0,
+        };
+        let arm = |ahead: f64| Arm {
+            ahead: 0.35 * on + 0.35 * ahead,
+            aside: 0.25 * on,
+            bend: 0.8 * on,
+        };
+        // Twice in each cycle, at both ends of the twist, the knees straighten.
+        let sink = on * (1.0 - 0.6 * swing * swing);
+        Stance {
+            pelvis_shift_m: DVec3::new(0.0, stand_m - height_m * sink, -0.2 * height_m * sink),
+            pelvis_turn: DVec3::new(0.05 * on, 0.35 * swing, 0.0),
+            chest_turn: DVec3::new(0.05 * on, -0.75 * swing, 0.0),
+            soles: Sides {
+                left: sole(aside_m),
+                right: sole(-aside_m),
+            },
+            arms: Sides {
+                left: arm(swing),
+                right: arm(-swing),
+            },
+        }
+    }))
+}
+
+pub fn shake_hips<'a>(
+    motion: &Procedural,
+    figure: &'a Figure,
+) -> Result<StanceAt<'a>, MotionError> {
+    let tempo_hz = motion.tempo_hz;
+    let amplitude_m = motion.height_m;
+    let period = 1.0 / tempo_hz;
+    let cycles = motion.repetitions(period, 2.0 * period, 1)? + 2;
+    let (start, end) = (LEAD_SECONDS, LEAD_SECONDS + cycles as f64 * period);
+    let strength = strength(start, end, period);
+    let aside_m = 0.2 * figure.leg_m - figure.sole_aside_m();
+    let stand_m = -figure.drop_for(aside_m);
+    // Room for the leg that the pelvis moves away from.
+    let sink_m = 0.03 + 0.5 * amplitude_m;
+    Ok(Box::new(move |time| {
+        let on = strength.at(time);
+        let swing = on * (TAU * tempo_hz * (time - start)).sin();
+        let sole = |x: f64| Sole {
+            shift_m: DVec3::new(x, 0.0, 0.0),
+            pitch: 0.0,
+        };
+        let arm = |sign: f64| Arm {
+            ahead: 0.15 * on,
+            aside: 0.35 * on + 0.05 * sign * swing,
+            bend: 0.7 * on,
+        };
+        // The hip that goes out goes up, and the spine bends back to keep the chest in place.
+        let roll = 3.0 * amplitude_m * swing;
+        Stance {
+            pelvis_shift_m: DVec3::new(amplitude_m * swing, stand_m - sink_m * on, 0.0),
+            pelvis_turn: DVec3::new(0.04 * on, 0.06 * swing, roll),
+            chest_turn: DVec3::new(0.02 * on, -0.06 * swing, -1.3 * roll),
+            soles: Sides {
+                left: sole(aside_m),
+                right: sole(-aside_m),
+            },
+            arms: Sides {
+                left: arm(1.0),
+                right: arm(-1.0),
+            },
+        }
+    }))
+}

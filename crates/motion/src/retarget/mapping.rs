@@ -1,0 +1,223 @@
+//! The source joints that drive the body's joints, and what is reported of them.
+
+use dynaskin_body::{JOINT_COUNT, Joint};
+
+use super::names::named_joints;
+use crate::{Bvh, MotionError};
+
+/// Without these there is no person to move.
+const REQUIRED: [Joint; 11] = [
+    Joint::Pelvis,
+    Joint::LeftHip,
+    Joint::RightHip,
+    Joint::LeftKnee,
+    Joint::RightKnee,
+    Joint::LeftAnkle,
+    Joint::RightAnkle,
+    Joint::LeftShoulder,
+    Joint::RightShoulder,
+    Joint::LeftElbow,
+    Joint::RightElbow,
+];
+
+/// How a joint's world rotation is had from the source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drive {
+    /// A source joint turns it.
+    Joint(usize),
+    /// Between two source joints (spines with fewer joints than the body's), by this fraction.
+    Between(usize, usize, f64),
+    /// Nothing: it keeps its rest rotation relative to its parent.
+    Parent,
+}
+
+/// Source joints of the body's joints.
+pub struct Mapping {
+    pub drives: [Drive; JOINT_COUNT],
+}
+
+impl Mapping {
+    pub fn new(bvh: &Bvh) -> Result<Self, MotionError> {
+        let found = named_joints(bvh);
+        let missing: Vec<Joint> = REQUIRED
+            .into_iter()
+            .filter(|joint| found[*joint as usize].is_none())
+            .collect();
+        if !missing.is_empty() {
+            return Err(MotionError::MissingJoints {
+                missing,
+                recognised: found.iter().flatten().count(),
+                total: bvh.joints.len(),
+            });
+        }
+        let mut drives = found.map(|joint| joint.map_or(Drive::Parent, Drive::Joint));
+        if let (Some(pelvis), Some(left), Some(right)) = (
+            found[Joint::Pelvis as usize],
+            found[Joint::LeftCollar as usize].or(found[Joint::LeftShoulder as usize]),
+            found[Joint::RightCollar as usize].or(found[Joint::RightShoulder as usize]),
+        ) {
+            let spine = spine_chain(bvh, pelvis, left, right);
+            let joints = [Joint::Spine1, Joint::Spine2, Joint::Spine3];
+            for (joint, drive) in joints.into_iter().zip(spine_drives(pelvis, &spine)) {
+                drives[joint as usize] = drive;
+            }
+        }
+        Ok(Self { drives })
+    }
+
+    /// The source joint of `joint`, if one alone turns it.
+    pub fn source(&self, joint: Joint) -> Option<usize> {
+        match self.drives[joint as usize] {
+            Drive::Joint(source) => Some(source),
+            _ => None,
+        }
+    }
+}
+
+/// Ancestors of `joint` and itself, from the joint to the root.
+fn ancestry(bvh: &Bvh, joint: usize) -> Vec<usize> {
+    std::iter::successors(Some(joint), |joint| bvh.joints[*joint].parent).collect()
+}
+
+/// The joints from the pelvis (excluded) to the last joint that carries both arms (included).
+fn spine_chain(bvh: &Bvh, pelvis: usize, left: usize, right: usize) -> Vec<usize> {
+    let left = ancestry(bvh, left);
+    let right = ancestry(bvh, right);
+    let Some(chest) = left.iter().skip(1).find(|joint| right.contains(joint)) else {
+        return Vec::new();
+    };
+    let mut chain: Vec<usize> = ancestry(bvh, *chest);
+    match chain.iter().position(|joint| *joint == pelvis) {
+        Some(pelvis) => chain.truncate(pelvis),
+        // Legs and trunk on sibling joints, as in Daz skeletons (`hip` carries `pelvis` and
+        // `abdomen`): the spine starts where both meet.
+        None => {
+            let below = ancestry(bvh, pelvis);
+            let meeting = chain.iter().position(|joint| below.contains(joint));
+            chain.truncate(meeting.unwrap_or(0));
+        }
+    }
+    chain.reverse();
+    chain
+}
+
+/// Spreads a spine of any length over the body's three spine joints. The world rotation at the end
+/// of each third carries over; joints between fold into it.
+fn spine_drives(pelvis: usize, chain: &[usize]) -> [Drive; 3] {
+    match chain {
+        [] => [Drive::Parent; 3],
+        [only] => [
+            Drive::Between(pelvis, *only, 1.0 / 3.0),
+            Drive::Between(pelvis, *only, 2.0 / 3.0),
+            Drive::Joint(*only),
+        ],
+        [low, high] => [
+            Drive::Joint(*low),
+            Drive::Between(*low, *high, 0.5),
+            Drive::Joint(*high),
+        ],
+        _ => [1, 2, 3].map(|third| Drive::Joint(chain[(third * chain.len()).div_ceil(3) - 1])),
+    }
+}
+
+/// The unit in which a file seems to give lengths, judged by the length of the legs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LengthUnit {
+    /// Metres.
+    Metre,
+    /// Inches.
+    Inch,
+    /// Centimetres.
+    Centimetre,
+    /// Millimetres.
+    Millimetre,
+    /// None of these: a scale of the file's own.
+    Other,
+}
+
+impl LengthUnit {
+    /// Judges by the leg (hip to knee to ankle), which measures 0.5 to 1.2 m.
+    pub(super) fn of_leg(leg: f64) -> Self {
+        match leg {
+            0.4..1.4 => Self::Metre,
+            15.0..46.0 => Self::Inch,
+            46.0..140.0 => Self::Centimetre,
+            400.0..1400.0 => Self::Millimetre,
+            _ => Self::Other,
+        }
+    }
+
+    /// Name of the unit in English.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Metre => "metres",
+            Self::Inch => "inches",
+            Self::Centimetre => "centimetres",
+            Self::Millimetre => "millimetres",
+            Self::Other => "a unit of its own",
+        }
+    }
+}
+
+/// What became of the joints of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointReport {
+    /// The body's joints and the file's joint that turns each, in SMPL's order.
+    pub mapped: Vec<(Joint, String)>,
+    /// The body's joints that no joint of the file turns; they follow their neighbours.
+    pub missing: Vec<Joint>,
+    /// The file's joints that turn nothing here, such as fingers; rotations of joints within a
+    /// chain (a second neck joint, say) are contained in those of the joints after them.
+    pub unmapped: Vec<String>,
+    /// The file's unit of length, as its legs suggest.
+    pub unit: LengthUnit,
+    /// Metres on the body per unit of the file: the ratio of the leg lengths.
+    pub metres_per_unit: f64,
+    /// The file's time step in seconds.
+    pub frame_seconds: f64,
+}
+
+impl JointReport {
+    pub(super) fn new(bvh: &Bvh, mapping: &Mapping, source_leg: f64, scale: f64) -> Self {
+        let source_names = |joint: Joint| match mapping.drives[joint as usize] {
+            Drive::Joint(source) => Some(bvh.joints[source].name.clone()),
+            Drive::Between(low, high, _) => Some(format!(
+                "{} + {}",
+                bvh.joints[low].name, bvh.joints[high].name
+            )),
+            Drive::Parent => None,
+        };
+        let mut is_used = vec![false; bvh.joints.len()];
+        for drive in mapping.drives {
+            match drive {
+                Drive::Joint(source) => is_used[source] = true,
+                Drive::Between(low, high, _) => {
+                    is_used[low] = true;
+                    is_used[high] = true;
+                }
+                Drive::Parent => {}
+            }
+        }
+        Self {
+            mapped: Joint::ALL
+                .into_iter()
+                .filter_map(|joint| Some((joint, source_names(joint)?)))
+                .collect(),
+            missing: Joint::ALL
+                .into_iter()
+                .filter(|joint| mapping.drives[*joint as usize] == Drive::Parent)
+                .collect(),
+            unmapped: bvh
+                .joints
+                .iter()
+                .zip(is_used)
+                .filter(|(_, used)| !used)
+                .map(|(joint, _)| joint.name.clone())
+                .collect(),
+            unit: LengthUnit::of_leg(source_leg),
+            metres_per_unit: scale,
+            frame_seconds: bvh.frame_seconds,
+        }
+    }
+}

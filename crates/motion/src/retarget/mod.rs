@@ -1,0 +1,208 @@
+//! Motion of a file's skeleton carried over to the body's.
+//!
+//! Rest poses differ: the sources stand in a T-pose, often with spread legs, the body in an A-pose.
+//! Per joint a constant alignment takes the body's rest bone to the source's; then the source's
+//! world rotation at each frame, times the alignment, is the body's. Limbs point where the source's
+//! point; the trunk bends as the source's does; the feet keep their soles where the source's are.
+
+mod align;
+mod floor;
+mod mapping;
+mod names;
+
+use dynaskin_body::{JOINT_COUNT, Joint, Pose};
+use glam::{DQuat, DVec3, Vec3};
+
+use crate::{Bvh, Clip, MotionError};
+use align::{Alignment, SoleReference};
+use mapping::{Drive, Mapping};
+pub use mapping::{JointReport, LengthUnit};
+
+/// Carries the motion of `bvh` over to a skeleton with these rest joint positions (metres).
+///
+/// The clip keeps the file's frame rate ([`Clip::resampled`] changes it) and has an empty name. The
+/// pelvis starts at x = z = 0; the lowest sole over the clip stands on y = 0. Translations are
+/// scaled by the ratio of the leg lengths.
+///
+/// # Errors
+/// [`MotionError::MissingJoints`] where the names do not show a person,
+/// [`MotionError::Degenerate`] where bones have no length.
+pub fn retarget(
+    bvh: &Bvh,
+    target_joints_m: &[Vec3; JOINT_COUNT],
+) -> Result<(Clip, JointReport), MotionError> {
+    let mapping = Mapping::new(bvh)?;
+    let source = Source::new(bvh, &mapping);
+    let target_m = target_joints_m.map(|joint| joint.as_dvec3());
+    let source_leg = source.leg_length();
+    let target_leg_m = leg_length(&target_m);
+    check_leg("source", source_leg)?;
+    check_leg("target", target_leg_m)?;
+    let scale = target_leg_m / source_leg;
+
+    let flatter = |reference| -> Result<(Vec<Pose>, f64), MotionError> {
+        let alignment = Alignment::new(&source, &target_m, reference)?;
+        let frames = source.poses(&alignment, &target_m, scale);
+        let tilt = floor::sole_tilt(&frames, target_joints_m);
+        Ok((frames, tilt))
+    };
+    // Whether the source's feet in the rest pose stand on the floor or turn with the spread legs
+    // is not written anywhere: what keeps the soles flatter on the floor is right.
+    let (frames_floor, tilt_floor) = flatter(SoleReference::Floor)?;
+    let (frames_shin, tilt_shin) = flatter(SoleReference::Shin)?;
+    let mut frames = if tilt_floor <= tilt_shin {
+        frames_floor
+    } else {
+        frames_shin
+    };
+
+    floor::put_on_floor(&mut frames, target_joints_m);
+    let report = JointReport::new(bvh, &mapping, source_leg, scale);
+    let clip = Clip {
+        name: String::new(),
+        rate_hz: 1.0 / bvh.frame_seconds,
+        frames,
+    };
+    Ok((clip, report))
+}
+
+fn check_leg(skeleton: &'static str, leg: f64) -> Result<(), MotionError> {
+    if leg > 1e-6 && leg.is_finite() {
+        Ok(())
+    } else {
+        Err(MotionError::Degenerate {
+            skeleton,
+            problem: format!("the left leg has length {leg}, expected more than 0"),
+        })
+    }
+}
+
+/// Hip to knee to ankle on the left.
+fn leg_length(rest: &[DVec3; JOINT_COUNT]) -> f64 {
+    let [hip, knee, ankle] =
+        [Joint::LeftHip, Joint::LeftKnee, Joint::LeftAnkle].map(|joint| rest[joint as usize]);
+    hip.distance(knee) + knee.distance(ankle)
+}
+
+/// A source skeleton with +Y up.
+struct Source<'a> {
+    bvh: &'a Bvh,
+    mapping: &'a Mapping,
+    /// Rest positions turned to +Y up, file unit.
+    rest: Vec<DVec3>,
+    /// Takes the file's axes to +Y up.
+    up_from_file: DQuat,
+}
+
+impl<'a> Source<'a> {
+    fn new(bvh: &'a Bvh, mapping: &'a Mapping) -> Self {
+        let mut source = Self {
+            bvh,
+            mapping,
+            rest: bvh.rest_positions(),
+            up_from_file: DQuat::IDENTITY,
+        };
+        if source.is_z_up() {
+            source.up_from_file = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+            for position in &mut source.rest {
+                *position = source.up_from_file * *position;
+            }
+        }
+        source
+    }
+
+    fn source_joint(&self, joint: Joint) -> usize {
+        self.mapping.source(joint).unwrap_or(0)
+    }
+
+    /// From the middle of the knees to the middle of the shoulders: up, for somebody standing.
+    fn trunk(&self, position: impl Fn(usize) -> DVec3) -> DVec3 {
+        let at = |joint| position(self.source_joint(joint));
+        at(Joint::LeftShoulder) + at(Joint::RightShoulder)
+            - at(Joint::LeftKnee)
+            - at(Joint::RightKnee)
+    }
+
+    /// Whether the file's up is +Z: the rest pose stands along it and, on average, the motion does.
+    fn is_z_up(&self) -> bool {
+        let rest = self.trunk(|joint| self.rest[joint]);
+        if rest.z <= rest.y.abs() {
+            return false;
+        }
+        let count = self.bvh.frame_count();
+        let mean: DVec3 = (0..count)
+            .step_by(count.div_ceil(50))
+            .map(|frame| {
+                let world = self.bvh.world_joints(frame);
+                self.trunk(|joint| world[joint].1).normalize_or_zero()
+            })
+            .sum();
+        mean.z > mean.y.abs()
+    }
+
+    /// Rest position of the source joint of `joint`.
+    fn rest_of(&self, joint: Joint) -> Option<DVec3> {
+        Some(self.rest[self.mapping.source(joint)?])
+    }
+
+    /// Rest position of the end of a joint's bone where no joint of ours ends it.
+    fn end_of(&self, joint: Joint) -> Option<DVec3> {
+        let source = self.mapping.source(joint)?;
+        let end = self.bvh.joints[source].end_site?;
+        Some(self.rest[source] + self.up_from_file * end)
+    }
+
+    fn leg_length(&self) -> f64 {
+        leg_length(&Joint::ALL.map(|joint| self.rest_of(joint).unwrap_or_default()))
+    }
+
+    fn poses(
+        &self,
+        alignment: &Alignment,
+        target_m: &[DVec3; JOINT_COUNT],
+        scale: f64,
+    ) -> Vec<Pose> {
+        (0..self.bvh.frame_count())
+            .map(|frame| self.pose(frame, alignment, target_m, scale))
+            .collect()
+    }
+
+    fn pose(
+        &self,
+        frame: usize,
+        alignment: &Alignment,
+        target_m: &[DVec3; JOINT_COUNT],
+        scale: f64,
+    ) -> Pose {
+        let world = self.bvh.world_joints(frame);
+        let rotation =
+            |source: usize| self.up_from_file * world[source].0 * self.up_from_file.inverse();
+        let mut target_rotation = [DQuat::IDENTITY; JOINT_COUNT];
+        let mut pose = Pose::REST;
+        for joint in Joint::ALL {
+            let idx = joint as usize;
+            let parent = joint
+                .parent()
+                .map_or(DQuat::IDENTITY, |parent| target_rotation[parent as usize]);
+            target_rotation[idx] = match self.mapping.drives[idx] {
+                Drive::Joint(source) => rotation(source) * alignment.source_from_target[idx],
+                Drive::Between(low, high, fraction) => {
+                    rotation(low).slerp(rotation(high), fraction)
+                        * alignment.source_from_target[idx]
+                }
+                Drive::Parent => parent,
+            };
+            pose.parent_from_joint[idx] = (parent.inverse() * target_rotation[idx]).normalize();
+        }
+        // Pelvis joints sit at different heights in different skeletons; the hips do not.
+        let hips = |position: &dyn Fn(Joint) -> DVec3| {
+            (position(Joint::LeftHip) + position(Joint::RightHip)) / 2.0
+        };
+        let source_hips = self.up_from_file * hips(&|joint| world[self.source_joint(joint)].1);
+        let pelvis_m = target_m[Joint::Pelvis as usize];
+        let hips_from_pelvis_m = hips(&|joint| target_m[joint as usize]) - pelvis_m;
+        pose.root_translation_m =
+            scale * source_hips - target_rotation[0] * hips_from_pelvis_m - pelvis_m;
+        pose
+    }
+}
