@@ -1,0 +1,204 @@
+// The demo page with WebGL2, as a visitor uses it.
+import { expect, type Page, test } from "@playwright/test";
+import type {} from "../../web/demo/src/hook.js";
+import { differing, openDemo, picture, variation } from "./support.js";
+
+const switchOf = (page: Page, name: string) => page.getByRole("switch", { name });
+const timeSeconds = (page: Page) => page.evaluate(() => window.dynaskinDemo?.timeSeconds ?? 0);
+
+test("draws a body that moves", async ({ page }) => {
+  await openDemo(page, "?motion=jumping-jacks");
+  expect(await page.evaluate(() => window.dynaskinDemo?.backend)).toBe("webgl2");
+  await page.evaluate(() => window.dynaskinDemo?.seek(1));
+  const early = await picture(page, "webgl2-early");
+  await page.evaluate(() => window.dynaskinDemo?.seek(2.3));
+  const late = await picture(page, "webgl2-late");
+  expect(variation(early)).toBeGreaterThan(12);
+  expect(differing(early, late)).toBeGreaterThan(0.03);
+});
+
+test("plays by itself", async ({ page }) => {
+  await openDemo(page);
+  const before = await timeSeconds(page);
+  await expect.poll(() => timeSeconds(page)).not.toBe(before);
+});
+
+test("shows the body with plain skinning before the networks are there", async ({ page }) => {
+  let letThrough = () => {};
+  const held = new Promise<void>((done) => {
+    letThrough = done;
+  });
+  await page.route("**/predictor.onnx", async (route) => {
+    await held;
+    await route.continue();
+  });
+  await page.goto("/?motion=hop");
+  await expect.poll(() => timeSeconds(page), { timeout: 90_000 }).toBeGreaterThan(0);
+  const early = await page.evaluate(() => ({
+    ready: window.dynaskinDemo?.ready,
+    dynamics: window.dynaskinDemo?.avatar?.dynamics,
+  }));
+  expect(early).toEqual({ ready: false, dynamics: false });
+  await expect(page.getByRole("status")).toContainText("networks");
+  letThrough();
+  await expect.poll(() => page.evaluate(() => window.dynaskinDemo?.ready)).toBe(true);
+  expect(await page.evaluate(() => window.dynaskinDemo?.avatar?.dynamics)).toBe(true);
+});
+
+test("every control does what it says", async ({ page }) => {
+  await openDemo(page);
+  const avatar = <T>(read: (demo: NonNullable<typeof window.dynaskinDemo>) => T) =>
+    page.evaluate<T>(`(${read.toString()})(window.dynaskinDemo)`);
+
+  await test.step("dynamics, by button and key", async () => {
+    await switchOf(page, "Tissue dynamics").click();
+    expect(await avatar((demo) => demo.avatar?.dynamics)).toBe(false);
+    await page.keyboard.press("d");
+    expect(await avatar((demo) => demo.avatar?.dynamics)).toBe(true);
+  });
+
+  await test.step("pause, frame step and speed", async () => {
+    await page.getByRole("button", { name: "Pause" }).click();
+    const stopped = await timeSeconds(page);
+    await page.waitForTimeout(300);
+    expect(await timeSeconds(page)).toBe(stopped);
+    await page.getByRole("button", { name: "Next frame" }).click();
+    expect((await timeSeconds(page)) - stopped).toBeCloseTo(1 / 60, 5);
+    await page.getByLabel("Playback speed").selectOption("0.1");
+    await page.getByRole("button", { name: "Play", exact: true }).click();
+    await expect.poll(() => timeSeconds(page)).not.toBe(stopped);
+    expect(page.url()).toContain("speed=0.1");
+    await page.getByLabel("Time in the motion").fill("3");
+    expect(await timeSeconds(page)).toBeCloseTo(3, 0);
+    await page.keyboard.press(" ");
+    await expect(page.getByRole("button", { name: "Play", exact: true })).toBeVisible();
+  });
+
+  await test.step("motion with tempo and height", async () => {
+    await page.getByLabel("Motion", { exact: true }).selectOption("twist");
+    await expect(page.locator("#now-playing")).toContainText("Twist");
+    await page.getByLabel("Tempo").fill("0.7");
+    await page.getByLabel("Height").fill("0.08");
+    expect(page.url()).toMatch(/motion=twist.*tempo=0\.7.*height=0\.0[78]/);
+  });
+
+  await test.step("shape", async () => {
+    await page.getByLabel("Stature").fill("2");
+    expect(await avatar((demo) => demo.avatar?.shape[0])).toBe(2);
+    await page.getByText("More shape").click();
+    await page.getByLabel("Shape 10").fill("-1.5");
+    expect(await avatar((demo) => demo.avatar?.shape[9])).toBe(-1.5);
+    await page.getByRole("button", { name: "Average body" }).click();
+    expect(await avatar((demo) => demo.avatar?.shape[0])).toBe(0);
+    await page.getByRole("button", { name: "Random body" }).click();
+    expect(await avatar((demo) => demo.avatar?.shape.some((beta) => beta !== 0))).toBe(true);
+  });
+
+  await test.step("strength and regions", async () => {
+    await page.getByLabel("Strength").fill("0.5");
+    expect(await avatar((demo) => demo.avatar?.strength)).toBe(0.5);
+    await page.getByText("Regions").click();
+    await page.getByLabel("Belly").fill("0");
+    await page.getByLabel("Upper arms").fill("2");
+  });
+
+  await test.step("heat map with its legend", async () => {
+    await switchOf(page, "Heat map").click();
+    await expect(page.locator("#legend")).toContainText("mm");
+    await page.keyboard.press("m");
+    await expect(page.locator("#legend")).toBeHidden();
+  });
+
+  await test.step("timings, copied as text", async () => {
+    await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
+    await switchOf(page, "Timings").click();
+    await page.getByRole("button", { name: "Play", exact: true }).click();
+    await expect(page.locator("#hud")).toContainText(/predict\s*\d+\.\d\d ms/);
+    await expect(page.locator("#hud")).toContainText("webgl2");
+    await page.getByRole("button", { name: "Copy" }).click();
+    await expect(page.getByText("on the clipboard")).toBeVisible();
+    expect(await page.evaluate(() => navigator.clipboard.readText())).toMatch(/decode: \d/);
+  });
+
+  await test.step("the other body", async () => {
+    await page.getByText("Male", { exact: true }).click();
+    await expect(page.locator("#now-playing")).toContainText("male body");
+    await expect.poll(() => avatar((demo) => demo.model?.name), { timeout: 90_000 }).toBe("male");
+    expect(page.url()).toContain("sex=male");
+  });
+});
+
+test("orbits, zooms and comes back", async ({ page }) => {
+  await openDemo(page, "?paused=1");
+  await page.evaluate(() => window.dynaskinDemo?.seek(0.2));
+  const camera = () =>
+    page.evaluate(() => {
+      const { yawRadians = 0, distanceM = 0 } = window.dynaskinDemo?.view.camera ?? {};
+      return { yawRadians, distanceM };
+    });
+  const start = await camera();
+  const before = await picture(page, "camera-before");
+  await page.mouse.move(450, 400);
+  await page.mouse.down();
+  await page.mouse.move(250, 380, { steps: 4 });
+  await page.mouse.up();
+  await page.mouse.wheel(0, -300);
+  await page.waitForTimeout(500);
+  const turned = await camera();
+  expect(Math.abs(turned.yawRadians - start.yawRadians)).toBeGreaterThan(0.5);
+  expect(turned.distanceM).toBeLessThan(start.distanceM);
+  expect(differing(before, await picture(page, "camera-after"))).toBeGreaterThan(0.05);
+  await page.keyboard.press("r");
+  expect(await camera()).toEqual(start);
+});
+
+test("takes its settings from the link", async ({ page }) => {
+  await openDemo(
+    page,
+    "?sex=male&motion=walk&dynamics=0&heat=1&hud=1&speed=0.5&paused=1&shape=1,0,-1&backend=webgl2",
+  );
+  await expect(page.locator("#now-playing")).toHaveText("Walk · male body");
+  await expect(switchOf(page, "Tissue dynamics")).toHaveAttribute("aria-checked", "false");
+  await expect(page.locator("#legend")).toBeVisible();
+  await expect(page.locator("#hud")).toBeVisible();
+  await expect(page.getByLabel("Playback speed")).toHaveValue("0.5");
+  const shape = await page.evaluate(() => [...(window.dynaskinDemo?.avatar?.shape ?? [])]);
+  expect(shape.slice(0, 4)).toEqual([1, 0, -1, 0]);
+});
+
+test("stands still for visitors who asked for less motion", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await openDemo(page);
+  await expect(page.getByRole("button", { name: "Play", exact: true })).toBeVisible();
+});
+
+test("names every control for screen readers", async ({ page }) => {
+  await openDemo(page, "?heat=1&hud=1");
+  const unnamed = await page.evaluate(() => {
+    const nameOf = (element: Element) => {
+      const control = element as HTMLInputElement;
+      const label = control.labels?.[0]?.textContent ?? "";
+      return (element.getAttribute("aria-label") ?? "") + label + (element.textContent ?? "");
+    };
+    return [...document.querySelectorAll("button, input:not([hidden]), select, canvas")]
+      .filter((element) => nameOf(element).trim() === "")
+      .map((element) => element.outerHTML);
+  });
+  expect(unnamed).toEqual([]);
+});
+
+for (const colorScheme of ["light", "dark"] as const) {
+  test(`fits a phone, ${colorScheme}`, async ({ page }) => {
+    await page.setViewportSize({ width: 390, height: 844 });
+    await page.emulateMedia({ colorScheme });
+    await openDemo(page, "?motion=hop&heat=1");
+    await page.evaluate(() => window.dynaskinDemo?.seek(1.5));
+    const part = { x: 0.2, y: 0.15, width: 0.6, height: 0.5 };
+    expect(variation(await picture(page, `phone-${colorScheme}`), part)).toBeGreaterThan(12);
+    await page.getByRole("button", { name: "Show or hide the controls" }).click();
+    await expect(page.getByLabel("Stature")).toBeVisible();
+    await picture(page, `phone-${colorScheme}-open`);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    expect(wide).toBeLessThanOrEqual(390);
+  });
+}

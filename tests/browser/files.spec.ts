@@ -1,0 +1,140 @@
+// Motion files dropped on the page.
+import { existsSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import type {} from "../../web/demo/src/hook.js";
+import { hopFile } from "../hop-bvh.js";
+import { SHARED } from "./places.js";
+import { differing, dropFile, openDemo, picture } from "./support.js";
+
+/** What happened to the skin while a file was played to its end. */
+interface Played {
+  /** Largest offset of each tick, in metres. */
+  largestM: number[];
+  /** Largest offset of the skull over the whole motion. */
+  skullM: number;
+  /** Largest offset two seconds after the motion stood still. */
+  settledM: number;
+}
+
+/** Steps through the whole motion, then holds its last pose for three seconds. */
+function playToTheEnd(page: Page): Promise<Played> {
+  return page.evaluate(() => {
+    const demo = window.dynaskinDemo;
+    const body = demo?.model?.body;
+    const avatar = demo?.avatar;
+    if (!demo || !body || !avatar) throw new Error("the demo is not ready");
+    const head = 15;
+    const skull = [...Array(body.vertexCount).keys()].filter((vertex) =>
+      [0, 1, 2, 3].some(
+        (slot) =>
+          body.skinJoints[vertex * 4 + slot] === head &&
+          (body.skinWeights[vertex * 4 + slot] ?? 0) > 0.99,
+      ),
+    );
+    if (skull.length < 50) throw new Error(`only ${skull.length} vertices on the skull`);
+    const sizeAt = (vertex: number) => {
+      const [x = 0, y = 0, z = 0] = avatar.offsets.subarray(vertex * 3, vertex * 3 + 3);
+      return Math.hypot(x, y, z);
+    };
+    const largest = (vertices: Iterable<number>) => {
+      let size = 0;
+      for (const vertex of vertices) size = Math.max(size, sizeAt(vertex));
+      return size;
+    };
+    const all = [...Array(body.vertexCount).keys()];
+    demo.seek(0);
+    const largestM: number[] = [];
+    let skullM = 0;
+    const ticks = Math.floor(demo.durationSeconds * 60) - 1;
+    for (let tick = 0; tick < ticks; tick += 1) {
+      demo.step();
+      largestM.push(largest(all));
+      skullM = Math.max(skullM, largest(skull));
+    }
+    if (demo.rounds !== 0) throw new Error("the motion started again too early");
+    for (let tick = 0; tick < 180; tick += 1) demo.hold();
+    return { largestM, skullM, settledM: largest(all) };
+  });
+}
+
+/** Pictures with dynamics off and on at the tick with the largest offset. */
+async function compareAtPeak(page: Page, largestM: number[], name: string): Promise<number> {
+  const peak = largestM.indexOf(Math.max(...largestM));
+  const show = async (dynamics: boolean) => {
+    await page.evaluate(
+      ([time, on]) => {
+        const demo = window.dynaskinDemo;
+        if (demo?.avatar) demo.avatar.dynamics = on;
+        demo?.seek(time);
+      },
+      [(peak + 1) / 60, dynamics] as const,
+    );
+    return picture(page, `${name}-${dynamics ? "on" : "off"}`);
+  };
+  const off = await show(false);
+  const on = await show(true);
+  return differing(off, on, 10);
+}
+
+async function expectRealTissue(page: Page, name: string): Promise<void> {
+  const { largestM, skullM, settledM } = await playToTheEnd(page);
+  const peakM = Math.max(...largestM);
+  console.log(
+    `${name}: peak ${(peakM * 1000).toFixed(1)} mm, settled ${(settledM * 1000).toFixed(2)} mm`,
+  );
+  expect(peakM).toBeGreaterThan(0.01);
+  expect(peakM).toBeLessThan(0.15);
+  expect(skullM).toBe(0);
+  expect(settledM).toBeLessThan(0.001);
+  expect(await compareAtPeak(page, largestM, name)).toBeGreaterThan(0.002);
+}
+
+test("a BVH file plays, moves soft tissue and leaves the skull alone", async ({ page }) => {
+  await openDemo(page, "?backend=webgl2");
+  await dropFile(page, "three hops.bvh", hopFile());
+  await expect(page.locator("#now-playing")).toContainText("three hops.bvh");
+  await expect(page.locator("#file-report")).toContainText("centimetres");
+  await expect(page.locator("#file-report")).toContainText("LeftUpLeg");
+  await expectRealTissue(page, "own-hop");
+});
+
+test("a captured jump plays, moves soft tissue and leaves the skull alone", async ({ page }) => {
+  const file = join(SHARED, "mocap", "train", "16_04.bvh");
+  test.skip(!existsSync(file), "needs ../shared/mocap/train/16_04.bvh");
+  await openDemo(page, "?backend=webgl2");
+  await dropFile(page, "16_04.bvh", readFileSync(file, "utf8"));
+  await expect(page.locator("#now-playing")).toContainText("16_04.bvh");
+  await expectRealTissue(page, "captured-jump");
+});
+
+test("a file chosen with the button plays", async ({ page }) => {
+  await openDemo(page);
+  const chooser = page.waitForEvent("filechooser");
+  await page.getByRole("button", { name: "Open a BVH file" }).click();
+  await (await chooser).setFiles({
+    name: "chosen.bvh",
+    mimeType: "text/plain",
+    buffer: Buffer.from(hopFile()),
+  });
+  await expect(page.locator("#now-playing")).toContainText("chosen.bvh");
+});
+
+const BAD_FILES: [string, string, RegExp][] = [
+  ["letter.bvh", "Dear reader, this is no motion.", /line 1/i],
+  ["truncated.bvh", hopFile().slice(0, 20_000), /truncated|ends|values/i],
+  ["nobody.bvh", hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box"), /joint/i],
+];
+for (const [name, text, expected] of BAD_FILES) {
+  test(`${name} is refused with a reason, and the avatar goes on`, async ({ page }) => {
+    await openDemo(page);
+    await dropFile(page, name, text);
+    await expect(page.getByRole("alert")).toContainText(`${name} cannot be played`);
+    await expect(page.getByRole("alert")).toContainText(expected);
+    await expect(page.locator("#file-report")).toContainText(expected);
+    await expect(page.locator("#now-playing")).toContainText("Hop");
+    const time = () => page.evaluate(() => window.dynaskinDemo?.timeSeconds);
+    const before = await time();
+    await expect.poll(time).not.toBe(before);
+  });
+}

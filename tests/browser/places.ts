@@ -1,0 +1,12 @@
+import { resolve } from "node:path";
+
+/** The repository. */
+export const ROOT = resolve(import.meta.dirname, "..", "..");
+/** The built demo page. */
+export const DEMO_URL = "http://localhost:5191/";
+/** The repository's files as they lie; `/blank` is an empty page to import modules into. */
+export const REPOSITORY_URL = "http://127.0.0.1:5192";
+/** The motion files beside the clone, which tests may use and must not need. */
+export const SHARED = process.env.DYNASKIN_SHARED ?? resolve(ROOT, "..", "shared");
+/** Where pictures for a person to look at go. */
+export const PICTURES = resolve(ROOT, "test-results", "pictures");

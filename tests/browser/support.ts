@@ -1,0 +1,105 @@
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
+import { expect, type Page } from "@playwright/test";
+import { PICTURES } from "./places.js";
+
+/** Opens the demo and waits until the avatar plays with its networks. */
+export async function openDemo(page: Page, query = ""): Promise<void> {
+  const problems: string[] = [];
+  page.on("pageerror", (error) => problems.push(error.message));
+  await page.goto(`/${query}`);
+  await expect
+    .poll(
+      async () => {
+        expect(problems).toEqual([]);
+        return page.evaluate(() => window.dynaskinDemo?.ready ?? false);
+      },
+      { timeout: 120_000 },
+    )
+    .toBe(true);
+}
+
+/** Drops a file on the page as a person would. */
+export async function dropFile(page: Page, name: string, text: string): Promise<void> {
+  await page.evaluate(
+    ([fileName, content]) => {
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([content], fileName));
+      for (const type of ["dragenter", "dragover", "drop"]) {
+        const event = new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true });
+        document.body.dispatchEvent(event);
+      }
+    },
+    [name, text] as const,
+  );
+}
+
+/** A picture of the page, kept for a person to look at; decoded to red, green, blue, opacity. */
+export async function picture(page: Page, name: string): Promise<Picture> {
+  mkdirSync(PICTURES, { recursive: true });
+  const png = await page.screenshot({ path: join(PICTURES, `${name}.png`) });
+  const pixels = await page.evaluate(async (base64) => {
+    const blob = await (await fetch(`data:image/png;base64,${base64}`)).blob();
+    const bitmap = await createImageBitmap(blob);
+    const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+    const context = canvas.getContext("2d");
+    if (!context) throw new Error("no 2D canvas");
+    context.drawImage(bitmap, 0, 0);
+    const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+    let binary = "";
+    for (let at = 0; at < data.length; at += 8192) {
+      binary += String.fromCharCode(...data.subarray(at, at + 8192));
+    }
+    return { width: bitmap.width, height: bitmap.height, base64: btoa(binary) };
+  }, png.toString("base64"));
+  return { ...pixels, data: Buffer.from(pixels.base64, "base64") };
+}
+
+/** A decoded picture. */
+export interface Picture {
+  width: number;
+  height: number;
+  data: Buffer;
+}
+
+/** The part of the page where the body stands on a desktop screen: left of the panel. */
+export const STAGE = { x: 0.24, y: 0.05, width: 0.26, height: 0.82 };
+
+/** Visits the pixels of a part of a picture, given as shares of its size. */
+function* within({ width, height, data }: Picture, part: typeof STAGE): Generator<number> {
+  const [x0, x1] = [part.x * width, (part.x + part.width) * width].map(Math.round);
+  const [y0, y1] = [part.y * height, (part.y + part.height) * height].map(Math.round);
+  for (let y = y0 ?? 0; y < (y1 ?? 0); y += 1) {
+    for (let x = x0 ?? 0; x < (x1 ?? 0); x += 1) {
+      const at = (y * width + x) * 4;
+      if (at + 2 < data.length) yield at;
+    }
+  }
+}
+
+/** Standard deviation of the brightness, 0 to 255: near 0 for an empty picture. */
+export function variation(image: Picture, part = STAGE): number {
+  let [count, sum, squares] = [0, 0, 0];
+  for (const at of within(image, part)) {
+    const grey =
+      ((image.data[at] ?? 0) + (image.data[at + 1] ?? 0) + (image.data[at + 2] ?? 0)) / 3;
+    count += 1;
+    sum += grey;
+    squares += grey * grey;
+  }
+  return Math.sqrt(squares / count - (sum / count) ** 2);
+}
+
+/** Share of the pixels that differ by more than `threshold` of 255 in some colour. */
+export function differing(a: Picture, b: Picture, threshold = 12, part = STAGE): number {
+  expect([a.width, a.height]).toEqual([b.width, b.height]);
+  let [count, differ] = [0, 0];
+  for (const at of within(a, part)) {
+    count += 1;
+    const far = [0, 1, 2].some(
+      (idx) => Math.abs((a.data[at + idx] ?? 0) - (b.data[at + idx] ?? 0)) > threshold,
+    );
+    if (far) differ += 1;
+  }
+  return differ / count;
+}

@@ -1,0 +1,83 @@
+import type { Avatar, Model } from "dynaskin";
+import type { App } from "./app.js";
+import type { View } from "./view.js";
+
+/**
+ * `window.dynaskinDemo`: what tests and curious readers of the console look at.
+ *
+ * It shows the page's own objects; the methods do what the transport bar does, at exact moments.
+ */
+export interface DemoHook {
+  /** True once the networks are loaded and the avatar plays with them. */
+  readonly ready: boolean;
+  /** The graphics interface in use. */
+  readonly backend: string;
+  /** The avatar on the screen. */
+  readonly avatar: Avatar | null;
+  /** The loaded model. */
+  readonly model: Model | null;
+  /** Seconds into the motion. */
+  readonly timeSeconds: number;
+  /** Length of the motion in seconds. */
+  readonly durationSeconds: number;
+  /** How often the motion has been played to its end. */
+  readonly rounds: number;
+  /** The canvas with its camera and renderer. */
+  readonly view: View;
+  /** Pauses, and shows the motion at this moment with the tissue stepped from its beginning. */
+  seek(timeSeconds: number): void;
+  /** Pauses, and advances by one tick, 1/60 s. */
+  step(): void;
+  /** Pauses, and lets one tick pass in the present pose: a body that stands still settles. */
+  hold(): void;
+}
+
+declare global {
+  interface Window {
+    dynaskinDemo?: DemoHook;
+  }
+}
+
+/** Puts the hook in place. */
+export function installHook(app: App, view: View): void {
+  const pause = () => {
+    if (!app.settings.paused) document.getElementById("play")?.click();
+  };
+  window.dynaskinDemo = {
+    get ready() {
+      return app.model !== null;
+    },
+    get backend() {
+      return view.renderer.backend;
+    },
+    get avatar() {
+      return app.playback?.avatar ?? null;
+    },
+    get model() {
+      return app.model;
+    },
+    get timeSeconds() {
+      return app.playback?.timeSeconds ?? 0;
+    },
+    get durationSeconds() {
+      return app.playback?.motion.durationSeconds ?? 0;
+    },
+    get rounds() {
+      return app.playback?.rounds ?? 0;
+    },
+    view,
+    seek(timeSeconds) {
+      pause();
+      app.playback?.seek(timeSeconds, 0);
+      app.draw(0);
+    },
+    step() {
+      pause();
+      app.playback?.step();
+    },
+    hold() {
+      pause();
+      app.playback?.hold();
+    },
+  };
+}

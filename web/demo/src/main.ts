@@ -1,0 +1,31 @@
+import { App } from "./app.js";
+import { byId } from "./dom.js";
+import { acceptFiles } from "./drop.js";
+import { installHook } from "./hook.js";
+import { drawLegend } from "./legend.js";
+import { LoadingBar } from "./loading.js";
+import { readSettings } from "./settings.js";
+import { showError } from "./toast.js";
+import { HEAT_RANGE_MM, View } from "./view.js";
+
+async function start(): Promise<void> {
+  const settings = readSettings(location.search);
+  const loading = new LoadingBar();
+  const view = await View.create(settings.backend, (loaded, total) =>
+    loading.report("renderer", loaded, total),
+  );
+  drawLegend(HEAT_RANGE_MM);
+  const app = new App(settings, view, loading);
+  acceptFiles((file) => void app.openFile(file));
+  installHook(app, view);
+  view.renderer.lost.then((reason) => {
+    if (reason !== null)
+      showError("The graphics card was lost; reload the page", new Error(reason));
+  });
+  await app.loadModel();
+}
+
+start().catch((error) => {
+  byId("loading").classList.add("done");
+  showError("The page could not start", error);
+});

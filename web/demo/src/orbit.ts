@@ -1,0 +1,127 @@
+const MIN_DISTANCE_M = 0.5;
+const MAX_DISTANCE_M = 9;
+const RADIANS_PER_PIXEL = 0.006;
+const START = { yawRadians: 0.38, pitchRadians: 0.1, distanceM: 4.1, heightM: 0.92 };
+
+/** A camera on a sphere around the body: drag orbits, wheel and pinch zoom, two fingers shift. */
+export class OrbitCamera {
+  /** Angle around +Y; 0 looks at the body's face from +Z. */
+  yawRadians = START.yawRadians;
+  /** Angle above the horizon. */
+  pitchRadians = START.pitchRadians;
+  /** From the target. */
+  distanceM = START.distanceM;
+  /** Height of the target over the floor. */
+  heightM = START.heightM;
+  /** The floor point under the target, which follows the body. */
+  readonly floorM = { x: 0, z: 0 };
+  readonly #pointers = new Map<number, { x: number; y: number }>();
+
+  constructor(canvas: HTMLCanvasElement) {
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      this.#pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    });
+    canvas.addEventListener("pointermove", (event) => this.#move(event));
+    for (const end of ["pointerup", "pointercancel"] as const) {
+      canvas.addEventListener(end, (event) => this.#pointers.delete(event.pointerId));
+    }
+    canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
+    canvas.addEventListener("dblclick", () => this.reset());
+    canvas.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /** Back to the view the page starts with. */
+  reset(): void {
+    Object.assign(this, START);
+  }
+
+  /** Moves the target towards a point of the floor, by `share` of the way. */
+  follow(xM: number, zM: number, share: number): void {
+    this.floorM.x += (xM - this.floorM.x) * share;
+    this.floorM.z += (zM - this.floorM.z) * share;
+  }
+
+  /** What the camera looks at, in the world, in metres. */
+  get targetWorldM(): [number, number, number] {
+    return [this.floorM.x, this.heightM, this.floorM.z];
+  }
+
+  /** Where the camera is, in the world, in metres; never below the floor. */
+  get eyeWorldM(): [number, number, number] {
+    const [x, y, z] = this.targetWorldM;
+    const flat = this.distanceM * Math.cos(this.pitchRadians);
+    return [
+      x + flat * Math.sin(this.yawRadians),
+      Math.max(0.06, y + this.distanceM * Math.sin(this.pitchRadians)),
+      z + flat * Math.cos(this.yawRadians),
+    ];
+  }
+
+  /** The world vector of a move along the picture's right and up, in metres. */
+  shiftM(rightM: number, upM: number): [number, number, number] {
+    const [sinYaw, cosYaw] = [Math.sin(this.yawRadians), Math.cos(this.yawRadians)];
+    const [sinPitch, cosPitch] = [Math.sin(this.pitchRadians), Math.cos(this.pitchRadians)];
+    return [
+      rightM * cosYaw - upM * sinPitch * sinYaw,
+      upM * cosPitch,
+      -rightM * sinYaw - upM * sinPitch * cosYaw,
+    ];
+  }
+
+  #move(event: PointerEvent): void {
+    const last = this.#pointers.get(event.pointerId);
+    if (!last) return;
+    const dx = event.clientX - last.x;
+    const dy = event.clientY - last.y;
+    const others = [...this.#pointers].filter(([id]) => id !== event.pointerId);
+    const other = others[0]?.[1];
+    if (other) {
+      const before = Math.hypot(last.x - other.x, last.y - other.y);
+      const now = Math.hypot(event.clientX - other.x, event.clientY - other.y);
+      this.#zoom(before / Math.max(now, 1));
+      this.#lift(dy / 2);
+    } else if (event.shiftKey || event.buttons === 4) {
+      this.#lift(dy);
+    } else {
+      this.#orbit(-dx * RADIANS_PER_PIXEL, dy * RADIANS_PER_PIXEL);
+    }
+    last.x = event.clientX;
+    last.y = event.clientY;
+  }
+
+  #wheel(event: WheelEvent): void {
+    event.preventDefault();
+    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+    this.#zoom(Math.exp(Math.max(-120, Math.min(120, event.deltaY * lines)) * 0.0016));
+  }
+
+  #key(event: KeyboardEvent): void {
+    const moves: Record<string, () => void> = {
+      ArrowLeft: () => this.#orbit(-0.08, 0),
+      ArrowRight: () => this.#orbit(0.08, 0),
+      ArrowUp: () => this.#orbit(0, 0.06),
+      ArrowDown: () => this.#orbit(0, -0.06),
+      "+": () => this.#zoom(0.9),
+      "-": () => this.#zoom(1.1),
+    };
+    const move = moves[event.key];
+    if (!move) return;
+    event.preventDefault();
+    move();
+  }
+
+  #orbit(yaw: number, pitch: number): void {
+    this.yawRadians += yaw;
+    this.pitchRadians = Math.max(-0.25, Math.min(1.45, this.pitchRadians + pitch));
+  }
+
+  #zoom(factor: number): void {
+    this.distanceM = Math.max(MIN_DISTANCE_M, Math.min(MAX_DISTANCE_M, this.distanceM * factor));
+  }
+
+  #lift(pixels: number): void {
+    this.heightM += (pixels * this.distanceM) / 1000;
+    this.heightM = Math.max(0.05, Math.min(2, this.heightM));
+  }
+}

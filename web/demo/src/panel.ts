@@ -1,0 +1,282 @@
+import { REGION_NAMES, type RegionName } from "dynaskin";
+import { byId, create } from "./dom.js";
+import { MOTIONS, type MotionChoice } from "./motions.js";
+import type { Settings } from "./settings.js";
+import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
+
+/** What the controls do. Each is called after `settings` has changed. */
+export interface PanelActions {
+  setSex(): void;
+  setShape(): void;
+  setMotion(): void;
+  setMotionOptions(): void;
+  setDynamics(): void;
+  setHeat(): void;
+  setHud(): void;
+  setSpeed(): void;
+  setPaused(): void;
+  setStrength(strength: number): void;
+  setRegionGain(region: RegionName, gain: number): void;
+  stepFrame(): void;
+  seek(timeSeconds: number): void;
+  resetView(): void;
+  copyHud(): void;
+}
+
+const SHAPES_SHOWN = 3;
+/** Value of the list's entry for a file. */
+const FILE_MOTION = "file:";
+
+const signed = (value: number) =>
+  `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(1)}`;
+const percent = (value: number) => `${Math.round(value * 100)} %`;
+
+/** The controls: reads them into the settings and shows the settings in them. */
+export class Panel {
+  readonly #settings: Settings;
+  readonly #actions: PanelActions;
+  #shapeSliders: Slider[] = [];
+  #scrubbing = false;
+
+  constructor(settings: Settings, actions: PanelActions) {
+    this.#settings = settings;
+    this.#actions = actions;
+    this.#bindBody();
+    this.#bindMotion();
+    this.#bindTissue();
+    this.#bindTransport();
+    this.#bindKeys();
+    this.#bindSheet();
+    this.show();
+  }
+
+  /** Shows the settings in the controls that are not sliders. */
+  show(): void {
+    const { dynamics, heat, hud, speed, paused, sex } = this.#settings;
+    setSwitch("dynamics", dynamics);
+    byId("dynamics-note").textContent = dynamics
+      ? "on: the network moves the skin"
+      : "off: plain skinning";
+    setSwitch("heat", heat);
+    setSwitch("hud-toggle", hud);
+    byId("legend").hidden = !heat;
+    byId("hud").hidden = !hud;
+    byId<HTMLSelectElement>("speed").value = `${speed}`;
+    const play = byId("play");
+    play.classList.toggle("paused", paused);
+    play.setAttribute("aria-label", paused ? "Play" : "Pause");
+    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=sex]")) {
+      input.checked = input.value === sex;
+    }
+  }
+
+  /** Shows where in the motion the clock is. */
+  showTime(timeSeconds: number, durationSeconds: number): void {
+    const input = byId<HTMLInputElement>("time");
+    input.max = `${durationSeconds}`;
+    if (!this.#scrubbing) input.value = `${timeSeconds}`;
+    showFill(input);
+    const text = `${timeSeconds.toFixed(1)} / ${durationSeconds.toFixed(1)} s`;
+    const output = byId<HTMLOutputElement>("time-text");
+    if (output.textContent !== text) output.textContent = text;
+  }
+
+  /** Adds a played file to the list and selects it. */
+  addFileMotion(fileName: string): void {
+    const select = byId<HTMLSelectElement>("motion");
+    select.querySelector(`option[value="${FILE_MOTION}"]`)?.remove();
+    select.append(create("option", { value: FILE_MOTION, textContent: fileName, selected: true }));
+    this.showMotionOptions(null);
+  }
+
+  /** The sliders that belong to a motion; none for a file. */
+  showMotionOptions(choice: MotionChoice | null): void {
+    const sliders: Slider[] = [];
+    const add = (
+      id: string,
+      label: string,
+      [min, usual, max]: [number, number, number],
+      now: number | null,
+      format: (value: number) => string,
+      apply: (value: number) => void,
+    ) => {
+      const onInput = (value: number) => {
+        apply(value);
+        this.#actions.setMotionOptions();
+      };
+      const step = (max - min) / 100;
+      const slider = createSlider({ id, label, min, max, step, value: usual, format, onInput });
+      slider.set(now ?? usual);
+      sliders.push(slider);
+    };
+    const settings = this.#settings;
+    if (choice) {
+      const hertz = (value: number) => `${value.toFixed(1)} Hz`;
+      add("tempo", "Tempo", choice.tempoHz, settings.tempoHz, hertz, (value) => {
+        settings.tempoHz = +value.toFixed(3);
+      });
+      const centimetres = (value: number) => `${Math.round(value * 100)} cm`;
+      add("height", "Height", choice.heightM, settings.heightM, centimetres, (value) => {
+        settings.heightM = +value.toFixed(3);
+      });
+    }
+    fillSliders("motion-params", sliders);
+  }
+
+  #bindBody(): void {
+    const { shape } = this.#settings;
+    byId("sex").addEventListener("change", (event) => {
+      const { value } = event.target as HTMLInputElement;
+      this.#settings.sex = value === "male" ? "male" : "female";
+      this.#actions.setSex();
+    });
+    this.#shapeSliders = shape.map((value, idx) => {
+      const slider = createSlider({
+        id: `shape-${idx}`,
+        label: idx === 0 ? "Stature" : `Shape ${idx + 1}`,
+        ...{ min: -3, max: 3, step: 0.1, value: 0 },
+        format: (beta) => `${signed(beta)} σ`,
+        onInput: (beta) => {
+          shape[idx] = beta;
+          this.#actions.setShape();
+        },
+      });
+      slider.set(value);
+      return slider;
+    });
+    fillSliders("shape-main", this.#shapeSliders.slice(0, SHAPES_SHOWN));
+    fillSliders("shape-more", this.#shapeSliders.slice(SHAPES_SHOWN));
+    byId("shape-reset").addEventListener("click", () => this.#setShape(shape.map(() => 0)));
+    byId("shape-random").addEventListener("click", () => this.#setShape(shape.map(randomNormal)));
+  }
+
+  #setShape(next: number[]): void {
+    next.forEach((value, idx) => {
+      this.#settings.shape[idx] = value;
+      this.#shapeSliders[idx]?.set(value);
+    });
+    this.#actions.setShape();
+  }
+
+  #bindMotion(): void {
+    const select = byId<HTMLSelectElement>("motion");
+    select.replaceChildren(
+      ...MOTIONS.map(({ name, label }) => create("option", { value: name, textContent: label })),
+    );
+    select.value = this.#settings.motion;
+    select.addEventListener("change", () => {
+      if (select.value === FILE_MOTION) return;
+      this.#settings.motion = select.value;
+      this.#settings.tempoHz = null;
+      this.#settings.heightM = null;
+      select.querySelector(`option[value="${FILE_MOTION}"]`)?.remove();
+      this.#actions.setMotion();
+    });
+  }
+
+  #bindTissue(): void {
+    const toggle = (id: string, key: "dynamics" | "heat" | "hud", done: () => void) => {
+      byId(id).addEventListener("click", () => {
+        this.#settings[key] = !this.#settings[key];
+        this.show();
+        done();
+      });
+    };
+    toggle("dynamics", "dynamics", () => this.#actions.setDynamics());
+    toggle("heat", "heat", () => this.#actions.setHeat());
+    toggle("hud-toggle", "hud", () => this.#actions.setHud());
+    byId("hud-copy").addEventListener("click", () => this.#actions.copyHud());
+    const range = { min: 0, max: 2, step: 0.05, value: 1, format: percent };
+    const strength = createSlider({
+      ...{ id: "strength-all", label: "Strength", ...range },
+      onInput: (value) => this.#actions.setStrength(value),
+    });
+    fillSliders("strength", [strength]);
+    const regions = REGION_NAMES.map((region) =>
+      createSlider({
+        ...{ id: `region-${region}`, label: regionLabel(region), ...range },
+        onInput: (value) => this.#actions.setRegionGain(region, value),
+      }),
+    );
+    fillSliders("regions", regions);
+  }
+
+  #bindTransport(): void {
+    byId("play").addEventListener("click", () => this.#togglePaused());
+    byId("frame-step").addEventListener("click", () => this.#stepFrame());
+    const speed = byId<HTMLSelectElement>("speed");
+    speed.addEventListener("change", () => {
+      this.#settings.speed = Number(speed.value);
+      this.#actions.setSpeed();
+    });
+    const time = byId<HTMLInputElement>("time");
+    time.addEventListener("input", () => {
+      this.#scrubbing = true;
+      this.#actions.seek(time.valueAsNumber);
+    });
+    time.addEventListener("change", () => {
+      this.#scrubbing = false;
+    });
+  }
+
+  #togglePaused(): void {
+    this.#settings.paused = !this.#settings.paused;
+    this.show();
+    this.#actions.setPaused();
+  }
+
+  #stepFrame(): void {
+    if (!this.#settings.paused) this.#togglePaused();
+    this.#actions.stepFrame();
+  }
+
+  #bindKeys(): void {
+    const keys: Record<string, () => void> = {
+      " ": () => this.#togglePaused(),
+      ".": () => this.#stepFrame(),
+      d: () => byId("dynamics").click(),
+      m: () => byId("heat").click(),
+      t: () => byId("hud-toggle").click(),
+      r: () => this.#actions.resetView(),
+    };
+    addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const target = event.target as HTMLElement;
+      // Space presses a focused button, and a list jumps to the letter.
+      const own = target.matches("select, summary, input:not([type=range])");
+      if (own || (event.key === " " && target.matches("button"))) return;
+      const action = keys[event.key.toLowerCase()];
+      if (!action) return;
+      event.preventDefault();
+      action();
+    });
+  }
+
+  /** On narrow screens the panel is a sheet that slides up from the bottom. */
+  #bindSheet(): void {
+    const panel = byId("panel");
+    const handle = byId("sheet-handle");
+    const setOpen = (open: boolean) => {
+      panel.classList.toggle("open", open);
+      handle.setAttribute("aria-expanded", `${open}`);
+    };
+    handle.addEventListener("click", () => setOpen(!panel.classList.contains("open")));
+    byId("view").addEventListener("pointerdown", () => setOpen(false));
+  }
+}
+
+function setSwitch(id: string, on: boolean): void {
+  byId(id).setAttribute("aria-checked", `${on}`);
+}
+
+function regionLabel(region: RegionName): string {
+  const words = region.replace("-", " ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+/** A standard normal number (Box and Muller 1958), within the sliders' range. */
+function randomNormal(): number {
+  const radius = Math.sqrt(-2 * Math.log(1 - Math.random()));
+  const value = radius * Math.cos(2 * Math.PI * Math.random());
+  return Math.round(Math.max(-2.5, Math.min(2.5, value)) * 10) / 10;
+}

@@ -1,0 +1,56 @@
+import type { Motion } from "dynaskin";
+import { byId, create } from "./dom.js";
+
+/** Says what became of a file's joints, with the table when some found no counterpart. */
+export function showFileReport(fileName: string, motion: Motion): void {
+  const report = motion.jointReport;
+  const area = byId("file-report");
+  area.hidden = false;
+  area.classList.remove("bad");
+  if (!report) {
+    area.hidden = true;
+    return;
+  }
+  const { mapped, missing, unmapped } = report;
+  const rate = Math.round(1 / report.frameSeconds);
+  area.replaceChildren(
+    create("h3", { textContent: fileName }),
+    create("p", {
+      textContent:
+        `${motion.durationSeconds.toFixed(1)} s at ${rate} Hz, in ${report.unit}. ` +
+        `${mapped.length} of 24 joints found` +
+        (missing.length > 0 ? `; no counterpart for ${missing.join(", ")}.` : "."),
+    }),
+    jointTable(mapped, unmapped, missing.length > 0),
+  );
+}
+
+/** Says why a file was refused; what played goes on. */
+export function showFileProblem(fileName: string, error: unknown): void {
+  const area = byId("file-report");
+  area.hidden = false;
+  area.classList.add("bad");
+  area.replaceChildren(
+    create("h3", { textContent: `${fileName} cannot be played` }),
+    create("p", { textContent: error instanceof Error ? error.message : String(error) }),
+  );
+}
+
+function jointTable(
+  mapped: readonly { joint: string; source: string }[],
+  unmapped: readonly string[],
+  open: boolean,
+): HTMLElement {
+  const row = (left: string, right: string) =>
+    create("tr", {}, [create("td", { textContent: left }), create("td", { textContent: right })]);
+  const head = create("tr", {}, [
+    create("th", { textContent: "Body" }),
+    create("th", { textContent: "File" }),
+  ]);
+  const rows = mapped.map(({ joint, source }) => row(joint.replaceAll("_", " "), source));
+  if (unmapped.length > 0) rows.push(row("not used", unmapped.join(", ")));
+  return create("details", { open }, [
+    create("summary", { textContent: "Joints" }),
+    create("table", {}, [head, ...rows]),
+  ]);
+}

@@ -1,0 +1,94 @@
+import { SHAPE_LENGTH } from "dynaskin";
+
+/** Everything a link to the page can carry. */
+export interface Settings {
+  /** Which body. */
+  sex: "female" | "male";
+  /** Shape coefficients in standard deviations. */
+  shape: number[];
+  /** Name of a built-in motion. */
+  motion: string;
+  /** Cycles per second of the motion; null: the motion's own. */
+  tempoHz: number | null;
+  /** Height of jumps in metres; null: the motion's own. */
+  heightM: number | null;
+  /** Whether the network moves the skin. */
+  dynamics: boolean;
+  /** Whether the body shows its offsets as colours. */
+  heat: boolean;
+  /** Whether the timings are shown. */
+  hud: boolean;
+  /** Playback speed, 0.1 to 1. */
+  speed: number;
+  /** Whether the motion stands still. */
+  paused: boolean;
+  /** The graphics interface that was asked for. */
+  backend: "auto" | "webgpu" | "webgl2";
+}
+
+/** The page without any parameters. */
+export const DEFAULTS: Settings = {
+  sex: "female",
+  shape: new Array<number>(SHAPE_LENGTH).fill(0),
+  motion: "hop",
+  tempoHz: null,
+  heightM: null,
+  dynamics: true,
+  heat: false,
+  hud: false,
+  speed: 1,
+  paused: false,
+  backend: "auto",
+};
+
+/** Reads the settings from a link; what makes no sense is left at its default. */
+export function readSettings(search: string): Settings {
+  const query = new URLSearchParams(search);
+  const oneOf = <T extends string>(name: string, values: readonly T[], otherwise: T) =>
+    values.find((value) => value === query.get(name)) ?? otherwise;
+  const number = (name: string, min: number, max: number) => {
+    const value = Number.parseFloat(query.get(name) ?? "");
+    return Number.isFinite(value) ? Math.max(min, Math.min(max, value)) : null;
+  };
+  const flag = (name: string, otherwise: boolean) =>
+    query.has(name) ? ["", "1", "on", "true"].includes(query.get(name) ?? "") : otherwise;
+  const shape = (query.get("shape") ?? "").split(",").map(Number.parseFloat);
+  return {
+    sex: oneOf("sex", ["female", "male"], DEFAULTS.sex),
+    shape: DEFAULTS.shape.map((zero, idx) => {
+      const value = shape[idx];
+      return Number.isFinite(value) ? Math.max(-3, Math.min(3, value as number)) : zero;
+    }),
+    motion: query.get("motion") ?? DEFAULTS.motion,
+    tempoHz: number("tempo", 0.1, 5),
+    heightM: number("height", 0, 1),
+    dynamics: flag("dynamics", DEFAULTS.dynamics),
+    heat: flag("heat", DEFAULTS.heat),
+    hud: flag("hud", DEFAULTS.hud),
+    speed: number("speed", 0.1, 1) ?? DEFAULTS.speed,
+    paused: flag("paused", matchMedia("(prefers-reduced-motion: reduce)").matches),
+    backend: oneOf("backend", ["auto", "webgpu", "webgl2"], DEFAULTS.backend),
+  };
+}
+
+/** The settings as a link, with only what differs from the defaults. */
+export function writeSettings(settings: Settings): string {
+  const query = new URLSearchParams();
+  const put = (name: string, value: string | number | null, otherwise: unknown) => {
+    if (value !== null && value !== otherwise) query.set(name, `${value}`);
+  };
+  put("backend", settings.backend, DEFAULTS.backend);
+  put("sex", settings.sex, DEFAULTS.sex);
+  if (settings.shape.some((value) => value !== 0)) {
+    query.set("shape", settings.shape.map((value) => +value.toFixed(2)).join(","));
+  }
+  put("motion", settings.motion, DEFAULTS.motion);
+  put("tempo", settings.tempoHz, null);
+  put("height", settings.heightM, null);
+  if (!settings.dynamics) query.set("dynamics", "0");
+  if (settings.heat) query.set("heat", "1");
+  if (settings.hud) query.set("hud", "1");
+  put("speed", settings.speed, DEFAULTS.speed);
+  if (settings.paused) query.set("paused", "1");
+  return query.size > 0 ? `?${query}` : "";
+}

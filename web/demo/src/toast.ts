@@ -1,0 +1,28 @@
+import { byId, create } from "./dom.js";
+
+const SECONDS_SHOWN = 12;
+
+/** Says that something went wrong while the page goes on. */
+export function showError(title: string, error: unknown): void {
+  show(title, error instanceof Error ? error.message : String(error), "toast card");
+}
+
+/** Says something that is no error. */
+export function showNote(title: string, text: string): void {
+  show(title, text, "toast card note");
+}
+
+function show(title: string, text: string, className: string): void {
+  const close = create("button", { type: "button", textContent: "✕" });
+  close.setAttribute("aria-label", "Close this message");
+  const toast = create("div", { className }, [
+    create("strong", { textContent: title }),
+    close,
+    create("p", { textContent: text }),
+  ]);
+  close.addEventListener("click", () => toast.remove());
+  setTimeout(() => toast.remove(), SECONDS_SHOWN * 1000);
+  const area = byId("toasts");
+  area.append(toast);
+  while (area.childElementCount > 3) area.firstElementChild?.remove();
+}

@@ -1,0 +1,191 @@
+import { REGION_NAMES, type RegionName } from "./bundle.js";
+import { type Core, CoreArray } from "./core.js";
+import { DynaSkinError, guard } from "./error.js";
+import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "./pose.js";
+import type { CoreAvatar } from "./wasm/core.js";
+
+/** What the last {@link Avatar.step} cost, in milliseconds per stage. */
+export interface StepTimings {
+  /** Ticks of the network's 60 Hz clock in this step; often 0 on displays faster than 60 Hz. */
+  ticks: number;
+  /** Motion features, over all ticks. */
+  featuresMs: number;
+  /** The predictor, over all ticks. */
+  predictMs: number;
+  /** The decoder. */
+  decodeMs: number;
+  /** Gains, limits, positions and normals. */
+  applyMs: number;
+}
+
+/** The surface after skinning, in the world. */
+export interface SkinnedSurface {
+  /** `[vertex][x, y, z]` flattened, metres. */
+  positions: Float32Array;
+  /** `[vertex][x, y, z]` flattened, unit length. */
+  normals: Float32Array;
+}
+
+/**
+ * One body that moves. Give it a pose each frame, then take what your engine needs:
+ * {@link positions} and {@link normals} go in before skinning, {@link skinned} is the finished
+ * surface.
+ *
+ * The arrays are views into WebAssembly memory: read them at once, or copy them. A view that is
+ * kept goes empty when that memory grows; the properties always give a good one.
+ */
+export class Avatar {
+  readonly #arrays: Record<"offsets" | "positions" | "normals" | "skinMatrices", CoreArray>;
+  readonly #skinned: Record<keyof SkinnedSurface, CoreArray>;
+  #raw: CoreAvatar | null;
+
+  /** @internal */
+  constructor({ memory }: Core, raw: CoreAvatar, vertexCount: number) {
+    this.#raw = raw;
+    const array = (locate: () => number, length: number) =>
+      new CoreArray(memory, () => guard(locate), length);
+    const perVertex = vertexCount * 3;
+    this.#arrays = {
+      offsets: array(() => this.raw.offsetsPtr(), perVertex),
+      positions: array(() => this.raw.positionsPtr(), perVertex),
+      normals: array(() => this.raw.normalsPtr(), perVertex),
+      skinMatrices: array(() => this.raw.skinMatricesPtr(), 24 * 16),
+    };
+    this.#skinned = {
+      positions: array(() => this.raw.skinnedPositionsPtr(), perVertex),
+      normals: array(() => this.raw.skinnedNormalsPtr(), perVertex),
+    };
+  }
+
+  /** @internal */
+  get raw(): CoreAvatar {
+    if (this.#raw) return this.#raw;
+    throw new DynaSkinError("disposed", "This avatar was used after dispose().");
+  }
+
+  /**
+   * Moves the avatar to `pose`, `dtSeconds` after the last step, and lets the tissue follow.
+   *
+   * The tissue has its own 60 Hz clock, so any display rate gives the same motion. The first step,
+   * a jump of the pose and a long pause start with settled tissue.
+   *
+   * @param pose - see {@link Pose}
+   * @param dtSeconds - time since the last step in seconds (not milliseconds); 0 only re-poses
+   * @throws DynaSkinError `argument` for a wrong length, `pose` for numbers that are not finite or
+   *   quaternions that are not of unit length; the avatar then stays as it was
+   */
+  step(pose: Pose, dtSeconds: number): void {
+    checkLength("pose", pose, POSE_LENGTH);
+    guard(() => this.raw.step(pose, dtSeconds));
+  }
+
+  /**
+   * Soft-tissue offsets in the rest pose, before skinning: `[vertex][x, y, z]` flattened, metres.
+   * Zero where the body is not soft.
+   */
+  get offsets(): Float32Array {
+    return this.#arrays.offsets.view;
+  }
+
+  /** Rest-pose positions with the offsets added: `[vertex][x, y, z]` flattened, metres. */
+  get positions(): Float32Array {
+    return this.#arrays.positions.view;
+  }
+
+  /** Unit normals of {@link positions}: `[vertex][x, y, z]` flattened. */
+  get normals(): Float32Array {
+    return this.#arrays.normals.view;
+  }
+
+  /**
+   * Per joint the matrix from rest-pose to world coordinates, `[joint][16]` flattened, each
+   * column-major as WebGL, WebGPU and three.js have them.
+   */
+  get skinMatrices(): Float32Array {
+    return this.#arrays.skinMatrices.view;
+  }
+
+  /** Skins on the CPU with linear blend skinning, for hosts without a GPU and for tests. */
+  skinned(): SkinnedSurface {
+    guard(() => this.raw.skin());
+    const { positions, normals } = this.#skinned;
+    return { positions: positions.view, normals: normals.view };
+  }
+
+  /** Shape coefficients β in standard deviations, {@link SHAPE_LENGTH} of them. */
+  get shape(): Float32Array {
+    return guard(() => this.raw.shape());
+  }
+
+  /**
+   * Gives the avatar another shape; its tissue settles.
+   *
+   * @param shape - 10 coefficients in standard deviations, the first of which is stature
+   * @throws DynaSkinError `argument` for a wrong length, `shape` for numbers that are not finite;
+   *   the avatar then keeps its shape
+   */
+  setShape(shape: ArrayLike<number>): void {
+    checkLength("shape", shape, SHAPE_LENGTH);
+    guard(() => this.raw.setShape(Float32Array.from(shape)));
+  }
+
+  /**
+   * Whether the networks move the skin. Off, the avatar is plain linear blend skinning and costs
+   * nothing; switching back on starts with settled tissue. Always off on an avatar of a
+   * {@link Body}, which has no networks.
+   */
+  get dynamics(): boolean {
+    return guard(() => this.raw.dynamics);
+  }
+
+  set dynamics(on: boolean) {
+    guard(() => {
+      this.raw.dynamics = on;
+    });
+  }
+
+  /** Factor on all offsets; 1 is as predicted. */
+  get strength(): number {
+    return guard(() => this.raw.strength);
+  }
+
+  set strength(factor: number) {
+    guard(() => {
+      this.raw.strength = factor;
+    });
+  }
+
+  /**
+   * Factor on the offsets of one region, blended at its border; 1 is as predicted.
+   *
+   * @throws DynaSkinError `argument` for an unknown region or a factor that is not finite
+   */
+  setRegionGain(region: RegionName, factor: number): void {
+    const idx = REGION_NAMES.indexOf(region);
+    if (idx < 0) {
+      const known = REGION_NAMES.join(", ");
+      throw new DynaSkinError("argument", `There is no region ${region}; there are ${known}.`);
+    }
+    guard(() => this.raw.setRegionGain(idx, factor));
+  }
+
+  /** Settles the tissue at once, as after a cut. A teleport is detected without it. */
+  reset(): void {
+    guard(() => this.raw.reset());
+  }
+
+  /** What the last {@link step} cost. */
+  get timings(): StepTimings {
+    const [ticks = 0, featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0] = guard(() =>
+      this.raw.timings(),
+    );
+    return { ticks, featuresMs, predictMs, decodeMs, applyMs };
+  }
+
+  /** Frees the avatar's memory. May be called again; anything else throws `disposed` afterwards. */
+  dispose(): void {
+    const raw = this.#raw;
+    this.#raw = null;
+    if (raw) guard(() => raw.free());
+  }
+}

@@ -1,0 +1,52 @@
+/** A soft region of the body. Left and right are one region. */
+export type RegionName = "chest" | "belly" | "buttocks" | "thighs" | "calves" | "upper-arms";
+
+/** The soft regions in the order in which the core counts them. */
+export const REGION_NAMES: readonly RegionName[] = [
+  "chest",
+  "belly",
+  "buttocks",
+  "thighs",
+  "calves",
+  "upper-arms",
+];
+
+/** A file that a bundle names, beside it. */
+export interface BundleFile {
+  /** File name, relative to `bundle.json`. */
+  file: string;
+  /** SHA-256 of the file in hexadecimal; the core refuses a file that has another. */
+  sha256: string;
+}
+
+/** `bundle.json`: what belongs together, and where it comes from. */
+export interface Bundle {
+  /** Always `dynaskin-bundle`. */
+  format: string;
+  /** Version of the format. */
+  version: number;
+  /** Name of the model, such as `female`. */
+  name: string;
+  /** Ticks per second of the network's clock. */
+  rate_hz: number;
+  /** The body model, a GLB. */
+  body: BundleFile;
+  /** The network that turns motion features and state into a latent vector. */
+  predictor: BundleFile;
+  /** The network that turns the latent vector into offsets. */
+  decoder: BundleFile;
+  /** What the predictor is fed, such as `inertial`. */
+  feature_kind: string;
+  /** Numbers in a feature vector. */
+  feature_count: number;
+  /** Numbers in a latent vector. */
+  latent_count: number;
+  /** Body vertices that the decoder moves, ascending. */
+  vertices: number[];
+  /** What the networks were trained on. */
+  training: Record<string, unknown>;
+  /** Errors measured on data that was held out. */
+  measured: Record<string, unknown>;
+  /** Licence of the weights. */
+  licence: string;
+}

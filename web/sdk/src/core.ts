@@ -1,0 +1,78 @@
+import { DynaSkinError } from "./error.js";
+import * as glue from "./wasm/core.js";
+import { compile, type WasmSource } from "./wasm/instantiate.js";
+
+/**
+ * The instantiated core: the generated classes and its memory.
+ *
+ * @internal
+ */
+export interface Core {
+  readonly glue: typeof glue;
+  readonly memory: WebAssembly.Memory;
+}
+
+let starting: Promise<Core> | null = null;
+
+/**
+ * Starts the core once; calls that come while it starts, or later, share it. A start that failed
+ * may be tried again.
+ *
+ * @internal
+ */
+export function startCore(
+  source: WasmSource | undefined,
+  onProgress?: (loadedBytes: number, totalBytes: number) => void,
+): Promise<Core> {
+  starting ??= start(source, onProgress).catch((error) => {
+    starting = null;
+    throw error;
+  });
+  return starting;
+}
+
+async function start(
+  source: WasmSource | undefined,
+  onProgress: ((loadedBytes: number, totalBytes: number) => void) | undefined,
+): Promise<Core> {
+  const module = await compile(source ?? new URL("./wasm/core_bg.wasm", import.meta.url), {
+    what: "the dynaskin core",
+    onProgress,
+  });
+  try {
+    const { memory } = await glue.default({ module_or_path: module });
+    return { glue, memory };
+  } catch (cause) {
+    throw new DynaSkinError("wasm", "The dynaskin core could not be started.", { cause });
+  }
+}
+
+/**
+ * An array in the core's memory. The memory moves when it grows, which empties every view on it,
+ * so a view is made anew when that happened.
+ *
+ * @internal
+ */
+export class CoreArray {
+  readonly #memory: WebAssembly.Memory;
+  readonly #locate: () => number;
+  readonly #length: number;
+  #view: Float32Array;
+
+  constructor(memory: WebAssembly.Memory, locate: () => number, length: number) {
+    this.#memory = memory;
+    this.#locate = locate;
+    this.#length = length;
+    this.#view = this.#make();
+  }
+
+  /** The array as it is now. */
+  get view(): Float32Array {
+    if (this.#view.buffer !== this.#memory.buffer) this.#view = this.#make();
+    return this.#view;
+  }
+
+  #make(): Float32Array {
+    return new Float32Array(this.#memory.buffer, this.#locate(), this.#length);
+  }
+}

@@ -1,0 +1,31 @@
+/**
+ * dynaskin: soft tissue for web avatars. A skeleton's motion goes in, per-vertex offsets of the
+ * skin come out.
+ *
+ * Units are metres, seconds and radians; +Y is up, the rest pose faces +Z. Importing this module
+ * touches nothing of a browser, so it may be imported on a server.
+ *
+ * @module
+ */
+export { Avatar, type SkinnedSurface, type StepTimings } from "./avatar.js";
+export { type Bundle, type BundleFile, REGION_NAMES, type RegionName } from "./bundle.js";
+export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
+export { type LoadOptions, load, type ModelFiles } from "./load.js";
+export { type AvatarOptions, Body, Model } from "./model.js";
+export {
+  type JointReport,
+  Motion,
+  type MotionOptions,
+  PROCEDURAL_MOTIONS,
+  type ProceduralName,
+} from "./motion.js";
+export {
+  JOINT_NAMES,
+  type JointName,
+  POSE_LENGTH,
+  type Pose,
+  restPose,
+  SHAPE_LENGTH,
+} from "./pose.js";
+export type { FileSource, Progress } from "./source.js";
+export type { WasmSource } from "./wasm/instantiate.js";

@@ -1,0 +1,114 @@
+import type { Bundle } from "./bundle.js";
+import { type Core, startCore } from "./core.js";
+import { DynaSkinError, guard } from "./error.js";
+import { Body, Model } from "./model.js";
+import { type FileSource, type Progress, ProgressSum, readBytes } from "./source.js";
+import type { WasmSource } from "./wasm/instantiate.js";
+
+/** The files of a model, one by one; `bundle` is `bundle.json`. */
+export interface ModelFiles {
+  bundle: FileSource;
+  body: FileSource;
+  predictor: FileSource;
+  decoder: FileSource;
+}
+
+/** What {@link load} needs to know. */
+export interface LoadOptions {
+  /**
+   * The folder that holds `bundle.json` and the files it names (with or without the final slash),
+   * or the files themselves.
+   */
+  model: string | URL | ModelFiles;
+  /** The WebAssembly file, where the bundler cannot find it beside this module. */
+  wasm?: WasmSource;
+  /** Stops the downloads; `load` then rejects with the signal's reason. */
+  signal?: AbortSignal;
+  /** Called as bytes arrive. */
+  onProgress?: (progress: Progress) => void;
+  /**
+   * Called as soon as the body is there, before the networks are: make an avatar of it and show
+   * plain skinning in the meantime. It is the later model's {@link Model.body}.
+   */
+  onBody?: (body: Body) => void;
+}
+
+/**
+ * Loads a model: the WebAssembly core, the body and the two networks, side by side.
+ *
+ * @throws DynaSkinError `fetch`, `wasm`, or what the core refuses: `bundle` (also a wrong hash),
+ *   `body`, `network`
+ */
+export async function load(options: LoadOptions): Promise<Model> {
+  const { signal, onBody } = options;
+  const progress = new ProgressSum(options.onProgress);
+  const read = (source: FileSource, what: string) =>
+    readBytes(source, { what, signal, onProgress: progress.part() });
+
+  const starting = startCore(options.wasm, progress.part());
+  // A failure is reported below, at the first await that meets it.
+  starting.catch(() => {});
+  const sources = toSources(options.model);
+  const bundleBytes = await read(sources.bundle, "bundle.json");
+  const bundle = parseBundle(bundleBytes);
+  const body = read(sources.file(bundle, "body"), "the body");
+  const predictor = read(sources.file(bundle, "predictor"), "the predictor");
+  const decoder = read(sources.file(bundle, "decoder"), "the decoder");
+  for (const download of [body, predictor, decoder]) download.catch(() => {});
+
+  const core = await starting;
+  const loadedBody = makeBody(core, bundleBytes, await body);
+  try {
+    onBody?.(loadedBody);
+    const networks = [await predictor, await decoder] as const;
+    signal?.throwIfAborted();
+    const raw = guard(() => new core.glue.CoreModel(bundleBytes, loadedBody.raw, ...networks));
+    return new Model(core, raw, loadedBody, bundle);
+  } catch (error) {
+    loadedBody.dispose();
+    throw error;
+  }
+}
+
+function makeBody(core: Core, bundleBytes: Uint8Array, glb: Uint8Array): Body {
+  return new Body(
+    core,
+    guard(() => new core.glue.CoreBody(bundleBytes, glb)),
+  );
+}
+
+type FileKey = "body" | "predictor" | "decoder";
+
+interface Sources {
+  bundle: FileSource;
+  file: (bundle: Bundle, key: FileKey) => FileSource;
+}
+
+function toSources(model: LoadOptions["model"]): Sources {
+  if (typeof model !== "string" && !(model instanceof URL)) {
+    return { bundle: model.bundle, file: (_bundle, key) => model[key] };
+  }
+  const address = String(model);
+  const folder = new URL(
+    address.endsWith("/") ? address : `${address}/`,
+    (globalThis as { document?: { baseURI: string } }).document?.baseURI,
+  );
+  return {
+    bundle: new URL("bundle.json", folder),
+    file: (bundle, key) => new URL(encodeURI(bundle[key].file), folder),
+  };
+}
+
+/** Only as much as is needed to find the files; the core checks the rest. */
+function parseBundle(bytes: Uint8Array): Bundle {
+  try {
+    const bundle = JSON.parse(new TextDecoder().decode(bytes)) as Bundle;
+    for (const key of ["body", "predictor", "decoder"] as const) {
+      if (typeof bundle[key]?.file !== "string") throw new Error(`${key}.file is missing`);
+    }
+    return bundle;
+  } catch (cause) {
+    const reason = cause instanceof Error ? cause.message : String(cause);
+    throw new DynaSkinError("bundle", `bundle.json cannot be read: ${reason}.`, { cause });
+  }
+}

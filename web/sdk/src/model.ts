@@ -1,0 +1,117 @@
+import { Avatar } from "./avatar.js";
+import type { Bundle, RegionName } from "./bundle.js";
+import { REGION_NAMES } from "./bundle.js";
+import type { Core } from "./core.js";
+import { DynaSkinError, guard } from "./error.js";
+import { checkLength, SHAPE_LENGTH } from "./pose.js";
+import type { CoreBody, CoreModel } from "./wasm/core.js";
+
+/** How an avatar begins. */
+export interface AvatarOptions {
+  /** Ten shape coefficients in standard deviations; the first is stature. Average if left out. */
+  shape?: ArrayLike<number>;
+}
+
+/** The constant data of a body: what an engine needs to draw it. Copies; keep them. */
+export class Body {
+  /** Number of vertices V. */
+  readonly vertexCount: number;
+  /** Triangles, counter-clockwise seen from outside: `[face][3]` flattened. */
+  readonly faces: Uint32Array;
+  /** Joints that move each vertex, `[vertex][4]` flattened. */
+  readonly skinJoints: Uint8Array;
+  /** Weights of those joints, `[vertex][4]` flattened; they sum to 1. */
+  readonly skinWeights: Float32Array;
+  /** Colours as red, green, blue, opacity in sRGB, `[vertex][4]` flattened. */
+  readonly colors: Uint8Array;
+  readonly #core: Core;
+  #raw: CoreBody | null;
+
+  /** @internal */
+  constructor(core: Core, raw: CoreBody) {
+    this.#core = core;
+    this.#raw = raw;
+    this.vertexCount = raw.vertexCount;
+    this.faces = raw.faces();
+    this.skinJoints = raw.skinJoints();
+    this.skinWeights = raw.skinWeights();
+    this.colors = raw.colors();
+  }
+
+  /** @internal */
+  get raw(): CoreBody {
+    if (this.#raw) return this.#raw;
+    throw new DynaSkinError("disposed", "This body was used after dispose().");
+  }
+
+  /** How much of each vertex belongs to a region, 0 to 1: `[vertex]`. */
+  regionWeights(region: RegionName): Float32Array {
+    const idx = REGION_NAMES.indexOf(region);
+    if (idx < 0) throw new DynaSkinError("argument", `There is no region ${region}.`);
+    return guard(() => this.raw.regionWeights(idx));
+  }
+
+  /**
+   * An avatar without networks: plain skinning, for the time until they are loaded.
+   *
+   * @throws DynaSkinError `argument` or `shape` for a shape that cannot be used
+   */
+  createAvatar({ shape }: AvatarOptions = {}): Avatar {
+    const raw = guard(() => this.raw.createAvatar(toShape(shape)));
+    return new Avatar(this.#core, raw, this.vertexCount);
+  }
+
+  /** Frees the body's memory; avatars made from it live on. May be called again. */
+  dispose(): void {
+    this.#raw?.free();
+    this.#raw = null;
+  }
+}
+
+/** A body with the networks that move its skin. One model makes any number of avatars. */
+export class Model {
+  /** What belongs together, where it comes from and how well it was measured to do. */
+  readonly bundle: Bundle;
+  /** The body. */
+  readonly body: Body;
+  readonly #core: Core;
+  #raw: CoreModel | null;
+
+  /** @internal */
+  constructor(core: Core, raw: CoreModel, body: Body, bundle: Bundle) {
+    this.#core = core;
+    this.#raw = raw;
+    this.body = body;
+    this.bundle = bundle;
+  }
+
+  /** Name of the model, such as `female`. */
+  get name(): string {
+    return this.bundle.name;
+  }
+
+  /**
+   * An avatar that stands in the rest pose with settled tissue.
+   *
+   * @throws DynaSkinError `argument` or `shape` for a shape that cannot be used
+   */
+  createAvatar({ shape }: AvatarOptions = {}): Avatar {
+    const raw = this.#raw;
+    if (!raw) throw new DynaSkinError("disposed", "This model was used after dispose().");
+    const avatar = guard(() => raw.createAvatar(toShape(shape)));
+    return new Avatar(this.#core, avatar, this.body.vertexCount);
+  }
+
+  /** Frees the model's memory; avatars made from it live on. May be called again. */
+  dispose(): void {
+    this.#raw?.free();
+    this.#raw = null;
+    this.body.dispose();
+  }
+}
+
+function toShape(shape: ArrayLike<number> | undefined): Float32Array {
+  if (shape === undefined) return new Float32Array(SHAPE_LENGTH);
+  checkLength("shape", shape, SHAPE_LENGTH);
+  return Float32Array.from(shape);
+}

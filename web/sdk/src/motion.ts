@@ -1,0 +1,113 @@
+import type { Avatar } from "./avatar.js";
+import { DynaSkinError, guard } from "./error.js";
+import { checkLength, type JointName, POSE_LENGTH, type Pose } from "./pose.js";
+import type { CoreMotion } from "./wasm/core.js";
+
+/** The motions the SDK can make by itself. */
+export const PROCEDURAL_MOTIONS = [
+  "jump",
+  "hop",
+  "one-leg-hop",
+  "jumping-jacks",
+  "run-in-place",
+  "walk",
+  "twist",
+  "shake-hips",
+] as const;
+
+/** Name of a motion the SDK can make by itself. */
+export type ProceduralName = (typeof PROCEDURAL_MOTIONS)[number];
+
+/** Parameters of a procedural motion; what is left out is the motion's usual. */
+export interface MotionOptions {
+  /** Repetitions per second. */
+  tempoHz?: number;
+  /** Height of the flight, lift of the foot or amplitude of the hips, in metres. */
+  heightM?: number;
+  /** Length in seconds, with standing still at both ends; 8 if left out. */
+  durationSeconds?: number;
+}
+
+/** What became of the joints of a motion file. */
+export interface JointReport {
+  /** The body's joints and the file's joint that turns each. */
+  mapped: { joint: JointName; source: string }[];
+  /** The body's joints that nothing in the file turns; they follow their neighbours. */
+  missing: JointName[];
+  /** The file's joints that turn nothing on the body, such as fingers. */
+  unmapped: string[];
+  /** The file's unit of length as its legs suggest, in English. */
+  unit: string;
+  /** The file's time step in seconds. */
+  frameSeconds: number;
+}
+
+/**
+ * A clip of poses for one body, resampled to 60 Hz. Made for an avatar's present shape: after a
+ * change of shape, make it again, or feet leave the floor.
+ */
+export class Motion {
+  /** Name of the motion. */
+  readonly name: string;
+  /** Length in seconds. */
+  readonly durationSeconds: number;
+  /** For a file: what became of its joints. */
+  readonly jointReport: JointReport | null;
+  #raw: CoreMotion | null;
+
+  private constructor(raw: CoreMotion, jointReport: JointReport | null) {
+    this.#raw = raw;
+    this.name = raw.name;
+    this.durationSeconds = raw.durationSeconds;
+    this.jointReport = jointReport;
+  }
+
+  /**
+   * Reads a BVH file and carries its motion over to the avatar's skeleton.
+   *
+   * @throws DynaSkinError `motion` for a file that is no BVH, is truncated or shows no person
+   */
+  static fromBvh(file: ArrayBuffer | Uint8Array, avatar: Avatar): Motion {
+    const bytes = file instanceof Uint8Array ? file : new Uint8Array(file);
+    return guard(() => {
+      const raw = avatar.raw.motionFromBvh(bytes);
+      return new Motion(raw, raw.jointReport() as JointReport);
+    });
+  }
+
+  /**
+   * Makes a test motion for the avatar's skeleton. It starts and ends standing still.
+   *
+   * @throws DynaSkinError `argument` for an unknown name, `motion` for a parameter out of range or
+   *   a flight that does not fit the tempo
+   */
+  static procedural(name: ProceduralName, avatar: Avatar, options: MotionOptions = {}): Motion {
+    if (!PROCEDURAL_MOTIONS.includes(name)) {
+      const known = PROCEDURAL_MOTIONS.join(", ");
+      throw new DynaSkinError("argument", `There is no motion ${name}; there are ${known}.`);
+    }
+    const { tempoHz, heightM, durationSeconds } = options;
+    const raw = guard(() => avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds));
+    return new Motion(raw, null);
+  }
+
+  /**
+   * Writes the pose at a time into `out` and returns it. Times outside the motion give its first or
+   * last pose; between frames, rotations are interpolated on the sphere.
+   *
+   * @throws DynaSkinError `argument` for an `out` of the wrong length
+   */
+  poseAt(timeSeconds: number, out: Pose = new Float64Array(POSE_LENGTH)): Pose {
+    checkLength("out", out, POSE_LENGTH);
+    const raw = this.#raw;
+    if (!raw) throw new DynaSkinError("disposed", "This motion was used after dispose().");
+    guard(() => raw.poseAt(timeSeconds, out));
+    return out;
+  }
+
+  /** Frees the motion's memory. May be called again. */
+  dispose(): void {
+    this.#raw?.free();
+    this.#raw = null;
+  }
+}

@@ -1,0 +1,149 @@
+import { execFileSync } from "node:child_process";
+import { type Body, type BundleFile, load, type Progress, restPose } from "dynaskin";
+import { describe, expect, it } from "vitest";
+import { expectError, loadModel, modelFiles, modelFolder, readModelFile } from "./support.js";
+
+describe("load", () => {
+  it("gives the body first, then the model", async () => {
+    const order: string[] = [];
+    const progress: Progress[] = [];
+    let early: Body | null = null;
+    const model = await load({
+      model: modelFolder(),
+      onProgress: (now) => progress.push({ ...now }),
+      onBody: (body) => {
+        early = body;
+        const avatar = body.createAvatar();
+        avatar.step(restPose(), 1 / 60);
+        expect(avatar.dynamics).toBe(false);
+        order.push("body");
+        avatar.dispose();
+      },
+    });
+    order.push("model");
+    expect(order).toEqual(["body", "model"]);
+    expect(model.body).toBe(early);
+    expect(model.body.vertexCount).toBe(6890);
+    const last = progress.at(-1);
+    expect(last?.loadedBytes).toBe(last?.totalBytes);
+    expect(last?.loadedBytes).toBeGreaterThan(1e5);
+    model.dispose();
+    model.dispose();
+    await expectError("disposed", () => model.createAvatar());
+  });
+
+  it("takes a folder without the final slash, and files", async () => {
+    const folder = modelFolder().href.replace(/\/$/, "");
+    for (const model of [folder, modelFiles()]) {
+      const loaded = await load({ model });
+      expect(loaded.name).toBe("female");
+      loaded.dispose();
+    }
+  });
+
+  it("may run twice at the same time", async () => {
+    const [a, b] = await Promise.all([loadModel(), loadModel()]);
+    a.dispose();
+    b.createAvatar().dispose();
+    b.dispose();
+  });
+
+  it("lets avatars live on when the model is disposed", async () => {
+    const model = await loadModel();
+    const avatar = model.createAvatar();
+    model.dispose();
+    avatar.step(restPose(), 1 / 60);
+    expect(avatar.positions.length).toBe(6890 * 3);
+    avatar.dispose();
+  });
+
+  it("rejects with the signal's reason when it is aborted", async () => {
+    const reason = new Error("enough");
+    await expect(load({ model: modelFolder(), signal: AbortSignal.abort(reason) })).rejects.toBe(
+      reason,
+    );
+  });
+});
+
+describe("files that cannot be used", () => {
+  const noise = Uint8Array.from({ length: 3000 }, (_, idx) => (idx * 7919) % 251);
+  const half = (bytes: Uint8Array) => bytes.slice(0, bytes.length / 2);
+  const spoilHash = (file: BundleFile) => {
+    file.sha256 = `${file.sha256.slice(0, -1)}${file.sha256.endsWith("0") ? "1" : "0"}`;
+  };
+
+  it("a folder that is not there", () =>
+    expectError("fetch", () => load({ model: new URL("nowhere/", modelFolder()) })));
+
+  it.each(["body", "predictor", "decoder"] as const)("a wrong hash of the %s", async (key) => {
+    const error = await expectError("bundle", () =>
+      load({ model: modelFiles({}, (bundle) => spoilHash(bundle[key])) }),
+    );
+    expect(error.message).toMatch(/hash|sha-?256/i);
+  });
+
+  it("a bundle that is no JSON", () =>
+    expectError("bundle", () => load({ model: { ...modelFiles(), bundle: noise } })));
+
+  it("a bundle of another format", () =>
+    expectError("bundle", () =>
+      load({
+        model: modelFiles({}, (bundle) => {
+          bundle.format = "something-else";
+        }),
+      }),
+    ));
+
+  it("a bundle whose vertices are not of the body", () =>
+    expectError("bundle", () =>
+      load({
+        model: modelFiles({}, (bundle) => {
+          bundle.vertices[bundle.vertices.length - 1] = 6890;
+        }),
+      }),
+    ));
+
+  it("a body that is no GLB", () =>
+    expectError("body", () => load({ model: modelFiles({ body: noise }) })));
+
+  it("a truncated body", () =>
+    expectError("body", () =>
+      load({ model: modelFiles({ body: half(readModelFile("body.glb")) }) }),
+    ));
+
+  it("a predictor that is no ONNX", () =>
+    expectError("network", () => load({ model: modelFiles({ predictor: noise }) })));
+
+  it("a truncated decoder", () => {
+    const decoder = half(readModelFile("decoder.onnx"));
+    return expectError("network", () => load({ model: modelFiles({ decoder }) }));
+  });
+
+  it("a decoder in the predictor's place, which breaks the contract", () => {
+    const predictor = readModelFile("decoder.onnx");
+    return expectError("network", () => load({ model: modelFiles({ predictor }) }));
+  });
+
+  it("leaves what was loaded before untouched", async () => {
+    const model = await loadModel();
+    const avatar = model.createAvatar();
+    await expectError("network", () => load({ model: modelFiles({ predictor: noise }) }));
+    avatar.step(restPose(), 1 / 60);
+    avatar.dispose();
+    model.dispose();
+  });
+});
+
+describe("import", () => {
+  it("works in plain Node, with nothing printed and nothing of a browser needed", () => {
+    const code =
+      "import * as sdk from 'dynaskin'; import * as renderer from 'dynaskin/renderer';" +
+      "if (typeof sdk.load !== 'function' || typeof renderer.createRenderer !== 'function') process.exit(3);";
+    const output = execFileSync(process.execPath, ["--input-type=module", "-e", code], {
+      cwd: import.meta.dirname,
+      encoding: "utf8",
+      stdio: ["ignore", "pipe", "pipe"],
+    });
+    expect(output).toBe("");
+  });
+});

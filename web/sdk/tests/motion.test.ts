@@ -1,0 +1,105 @@
+import { type Avatar, type Model, Motion, POSE_LENGTH, PROCEDURAL_MOTIONS } from "dynaskin";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { HOP_FILE_SECONDS, hopFile } from "../../../tests/hop-bvh.js";
+import { expectError, loadModel } from "./support.js";
+
+let model: Model;
+let avatar: Avatar;
+
+beforeAll(async () => {
+  model = await loadModel();
+  avatar = model.createAvatar();
+});
+afterAll(() => {
+  avatar.dispose();
+  model.dispose();
+});
+
+const bytes = (text: string) => new TextEncoder().encode(text);
+
+describe("procedural motions", () => {
+  it.each(PROCEDURAL_MOTIONS)("%s gives unit rotations throughout", (name) => {
+    const motion = Motion.procedural(name, avatar);
+    expect(motion.name).toBe(name);
+    expect(motion.durationSeconds).toBeCloseTo(8, 1);
+    expect(motion.jointReport).toBeNull();
+    const pose = new Float64Array(POSE_LENGTH);
+    for (let time = 0; time < motion.durationSeconds; time += 0.37) {
+      motion.poseAt(time, pose);
+      for (let idx = 3; idx < POSE_LENGTH; idx += 4) {
+        expect(Math.hypot(...pose.subarray(idx, idx + 4))).toBeCloseTo(1, 6);
+      }
+    }
+    motion.dispose();
+  });
+
+  it("take a tempo, a height and a length", () => {
+    const rise = (heightM: number) => {
+      const motion = Motion.procedural("hop", avatar, {
+        tempoHz: 1.5,
+        heightM,
+        durationSeconds: 5,
+      });
+      expect(motion.durationSeconds).toBeCloseTo(5, 1);
+      let highest = Number.NEGATIVE_INFINITY;
+      for (let time = 0; time < 5; time += 1 / 60) {
+        highest = Math.max(highest, motion.poseAt(time)[1] ?? 0);
+      }
+      return highest;
+    };
+    expect(rise(0.1) - rise(0.05)).toBeCloseTo(0.05, 2);
+  });
+
+  it("refuse what cannot be made", async () => {
+    await expectError("argument", () => Motion.procedural("fly" as "hop", avatar));
+    await expectError("motion", () => Motion.procedural("hop", avatar, { tempoHz: Number.NaN }));
+    await expectError("motion", () => Motion.procedural("hop", avatar, { heightM: 5 }));
+    await expectError("motion", () =>
+      Motion.procedural("hop", avatar, { tempoHz: 4, heightM: 0.3 }),
+    );
+  });
+});
+
+describe("BVH files", () => {
+  it("are carried over to the body, with a report of the joints", () => {
+    const motion = Motion.fromBvh(bytes(hopFile()), avatar);
+    expect(motion.durationSeconds).toBeCloseTo(HOP_FILE_SECONDS, 1);
+    const report = motion.jointReport;
+    expect(report?.unit).toBe("centimetres");
+    expect(report?.frameSeconds).toBeCloseTo(1 / 60, 5);
+    expect(report?.mapped).toContainEqual({ joint: "left_knee", source: "LeftLeg" });
+    expect(Math.abs(motion.poseAt(0)[0] ?? 1)).toBeLessThan(0.01);
+  });
+
+  const cases: [string, string][] = [
+    ["nothing at all", ""],
+    ["another text", "Dear reader, this is a letter and no motion."],
+    ["a truncated file", hopFile().slice(0, 9000)],
+    ["a file cut in its skeleton", hopFile().slice(0, 700)],
+    ["a number that is none", hopFile().replace("OFFSET 9 -4 0", "OFFSET 9 four 0")],
+    ["names that show no person", hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box")],
+    ["a frame count without end", hopFile().replace(/Frames: \d+/, "Frames: 99999999999")],
+  ];
+  it.each(cases)("refuses %s", async (_name, text) => {
+    await expectError("motion", () => Motion.fromBvh(bytes(text), avatar));
+  });
+
+  it("refuses bytes that are no text", () =>
+    expectError("motion", () => Motion.fromBvh(new Uint8Array(5000).fill(0xfe), avatar)));
+});
+
+describe("poseAt", () => {
+  it("holds the first and the last pose outside the motion", () => {
+    const motion = Motion.procedural("walk", avatar);
+    expect(motion.poseAt(-1)).toEqual(motion.poseAt(0));
+    expect(motion.poseAt(99)).toEqual(motion.poseAt(motion.durationSeconds));
+  });
+
+  it("refuses an array of the wrong length, and use after dispose", async () => {
+    const motion = Motion.procedural("walk", avatar);
+    await expectError("argument", () => motion.poseAt(0, new Float64Array(3)));
+    motion.dispose();
+    motion.dispose();
+    await expectError("disposed", () => motion.poseAt(0));
+  });
+});
