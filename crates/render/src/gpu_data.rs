@@ -1,0 +1,103 @@
+//! Mirrors of the shaders' uniform structs, with explicit padding.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Joints of SMPL's skeleton (`shader/skin.wgsl`, `JOINT_COUNT`).
+pub(crate) const JOINT_COUNT: usize = 24;
+
+/// Colours of the heat ramp that the shader interpolates (`shader/frame.wgsl`, `HEAT_STOPS`).
+pub(crate) const HEAT_STOPS: usize = 16;
+
+/// Body parts that darken the floor (`shader/frame.wgsl`, `MAX_OCCLUDERS`).
+pub(crate) const MAX_OCCLUDERS: usize = 48;
+
+/// Triangles of the floor disc (`shader/floor.wgsl`, `DISC_SEGMENTS`).
+pub(crate) const DISC_SEGMENTS: u32 = 64;
+
+/// Threads of one workgroup of the skinning pass (`shader/skin_compute.wgsl`).
+pub(crate) const SKIN_WORKGROUP: u32 = 64;
+
+/// `Frame` of `shader/frame.wgsl`; the fields' meaning stands there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct FrameUniform {
+    pub clip_from_world: [[f32; 4]; 4],
+    pub shadow_from_world: [[f32; 4]; 4],
+    pub eye_world_m: [f32; 3],
+    pub occluder_count: u32,
+    pub key_world: [f32; 3],
+    pub shadow_texel: f32,
+    pub fill_world: [f32; 3],
+    pub shadow_texel_m: f32,
+    pub rim_world: [f32; 3],
+    pub heat_on: u32,
+    pub floor_center_m: [f32; 2],
+    pub floor_radius_m: f32,
+    pub inverse_heat_range_per_m: f32,
+    pub inverse_size_px: [f32; 2],
+    pub aspect: f32,
+    pub padding: f32,
+    pub background_center: [f32; 4],
+    pub background_edge: [f32; 4],
+    pub heat_ramp: [[f32; 4]; HEAT_STOPS],
+    pub occluders: [[f32; 4]; MAX_OCCLUDERS],
+}
+
+const _: () = assert!(
+    size_of::<FrameUniform>() == 128 + 6 * 16 + 2 * 16 + 16 * HEAT_STOPS + 16 * MAX_OCCLUDERS
+);
+
+/// `SkinMatrices` of `shader/skin.wgsl`: column-major.
+pub(crate) type SkinUniform = [[f32; 16]; JOINT_COUNT];
+
+const _: () = assert!(size_of::<SkinUniform>() == 1536);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Shader;
+    use std::mem::offset_of;
+
+    /// Size of the WGSL struct `name` and the offset of its member `member`.
+    fn layout(shader: Shader, name: &str, member: &str) -> (usize, usize) {
+        let module = naga::front::wgsl::parse_str(&shader.wgsl()).unwrap();
+        let found = module
+            .types
+            .iter()
+            .find(|(_, ty)| ty.name.as_deref() == Some(name));
+        let naga::TypeInner::Struct { members, span } = &found.unwrap().1.inner else {
+            panic!("{name} is no struct");
+        };
+        let member = members
+            .iter()
+            .find(|m| m.name.as_deref() == Some(member))
+            .unwrap();
+        (*span as usize, member.offset as usize)
+    }
+
+    #[test]
+    fn uniforms_have_the_layout_that_the_shaders_read() {
+        let offsets = [
+            ("eye_world_m", offset_of!(FrameUniform, eye_world_m)),
+            ("heat_on", offset_of!(FrameUniform, heat_on)),
+            (
+                "inverse_heat_range_per_m",
+                offset_of!(FrameUniform, inverse_heat_range_per_m),
+            ),
+            ("aspect", offset_of!(FrameUniform, aspect)),
+            ("background_edge", offset_of!(FrameUniform, background_edge)),
+            ("heat_ramp", offset_of!(FrameUniform, heat_ramp)),
+            ("occluders", offset_of!(FrameUniform, occluders)),
+        ];
+        for (member, offset) in offsets {
+            let (size, found) = layout(Shader::FLOOR, "Frame", member);
+            assert_eq!(
+                (size, found),
+                (size_of::<FrameUniform>(), offset),
+                "{member}"
+            );
+        }
+        let skin = layout(Shader::SKIN, "SkinMatrices", "world_from_rest");
+        assert_eq!(skin, (size_of::<SkinUniform>(), 0));
+    }
+}

@@ -1,0 +1,41 @@
+//! Draws skinned bodies in a studio with wgpu: on WebGPU and native adapters a compute pass skins
+//! positions and normals, which are then drawn and can be read back; on WebGL2 the vertex stage
+//! skins. Both run one WGSL function over the same inputs.
+//!
+//! The caller brings, per body, constant data once ([`BodyMesh`]), and per frame the rest-pose
+//! surface with its soft-tissue offsets ([`Renderer::set_surface`]) and one matrix per joint
+//! ([`Renderer::set_skin_matrices`]). Frames write into existing buffers and allocate none.
+//!
+//! Light is computed linearly, tone-mapped in the fragment stage and encoded to sRGB there, the
+//! same on every backend. A shadow map holds the key light's view; its vertices are the ones drawn.
+//!
+//! Knows no network, no clock, no JavaScript.
+
+mod body;
+mod camera;
+mod check;
+mod error;
+mod gpu;
+mod gpu_data;
+mod heat;
+mod mesh;
+mod parts;
+mod pipelines;
+mod readback;
+mod renderer;
+mod shaders;
+mod shadow;
+mod studio;
+mod targets;
+
+pub use body::OffsetSizes;
+pub use camera::Camera;
+pub use error::RenderError;
+pub use gpu::{DeviceLost, Gpu, SkinningPath};
+pub use heat::heat_ramp_srgb;
+pub use mesh::BodyMesh;
+pub use renderer::{Background, BodyId, Frame, Renderer};
+pub use shaders::Shader;
+pub use targets::PixelSize;
+// Callers make the instance and the surface.
+pub use wgpu;

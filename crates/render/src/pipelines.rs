@@ -1,0 +1,308 @@
+//! Bind group layouts and pipelines.
+
+use crate::{
+    Gpu, Shader, SkinningPath,
+    gpu_data::{FrameUniform, SkinUniform},
+    targets::DEPTH_FORMAT,
+};
+
+/// Everything that is made once per renderer.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    /// Frame uniform alone: for the shadow and skinning passes.
+    pub frame_layout: wgpu::BindGroupLayout,
+    /// Frame uniform, shadow map and its sampler: for the picture.
+    pub scene_layout: wgpu::BindGroupLayout,
+    /// Skin matrices, and for the compute pass the buffers it reads and writes.
+    pub skin_layout: wgpu::BindGroupLayout,
+    /// None where the vertex stage skins.
+    pub skin: Option<wgpu::ComputePipeline>,
+    pub shadow: wgpu::RenderPipeline,
+    pub backdrop: wgpu::RenderPipeline,
+    pub floor: wgpu::RenderPipeline,
+    pub body: wgpu::RenderPipeline,
+}
+
+/// Format and shader location of a vertex buffer with one attribute.
+type Attribute = (wgpu::VertexFormat, u32);
+
+const SKINNED_POSITION: Attribute = (wgpu::VertexFormat::Float32x3, 0);
+
+/// Vertex buffers of `shader/body_skinned.wgsl`, in the order of `Body::draw`.
+const SKINNED_BODY: [Attribute; 5] = [
+    SKINNED_POSITION,
+    (wgpu::VertexFormat::Float32x3, 1),
+    (wgpu::VertexFormat::Float32x3, 2),
+    (wgpu::VertexFormat::Float32, 3),
+    (wgpu::VertexFormat::Unorm8x4, 4),
+];
+
+const REST_POSITION: Attribute = (wgpu::VertexFormat::Float32x3, 0);
+const JOINTS: Attribute = (wgpu::VertexFormat::Uint8x4, 2);
+const WEIGHTS: Attribute = (wgpu::VertexFormat::Float32x4, 3);
+
+/// Vertex buffers of `shader/body_skinning.wgsl`, in the order of `Body::draw`.
+const SKINNING_BODY: [Attribute; 6] = [
+    REST_POSITION,
+    (wgpu::VertexFormat::Float32x3, 1),
+    JOINTS,
+    WEIGHTS,
+    (wgpu::VertexFormat::Float32, 4),
+    (wgpu::VertexFormat::Unorm8x4, 5),
+];
+
+/// Vertex buffers of the shadow pass, in the order of `Body::draw_shadow`.
+const SKINNED_SHADOW: [Attribute; 1] = [SKINNED_POSITION];
+const SKINNING_SHADOW: [Attribute; 3] = [REST_POSITION, JOINTS, WEIGHTS];
+
+impl Pipelines {
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, sample_count: u32) -> Self {
+        let device = &gpu.device;
+        let compute = gpu.skinning() == SkinningPath::Compute;
+        let frame_layout = bind_group_layout(device, "frame", &[frame_entry()]);
+        let scene_layout = bind_group_layout(device, "scene", &scene_entries());
+        let matrices =
+            uniform::<SkinUniform>(0, wgpu::ShaderStages::VERTEX | wgpu::ShaderStages::COMPUTE);
+        let skin_layout = if compute {
+            bind_group_layout(device, "skinning pass", &compute_entries(matrices))
+        } else {
+            bind_group_layout(device, "skin matrices", &[matrices])
+        };
+        // Vertex stages over skinned buffers need no matrices.
+        let drawn_skin = (!compute).then_some(&skin_layout);
+
+        let skin = compute.then(|| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("skin"),
+                layout: Some(&pipeline_layout(device, &frame_layout, Some(&skin_layout))),
+                module: &Shader::SKIN.module(device),
+                entry_point: Some("skin_vertices"),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        });
+        let shadow = Stage {
+            shader: if compute {
+                Shader::SHADOW_SKINNED
+            } else {
+                Shader::SHADOW_SKINNING
+            },
+            layout: &pipeline_layout(device, &frame_layout, drawn_skin),
+            vertex: "vs_shadow",
+            fragment: None,
+            attributes: if compute {
+                &SKINNED_SHADOW
+            } else {
+                &SKINNING_SHADOW
+            },
+            depth_compare: wgpu::CompareFunction::Less,
+            cull: None,
+            sample_count: 1,
+        };
+        let studio = pipeline_layout(device, &scene_layout, None);
+        let backdrop = Stage {
+            shader: Shader::BACKDROP,
+            layout: &studio,
+            vertex: "vs_backdrop",
+            fragment: Some(("fs_backdrop", format)),
+            attributes: &[],
+            depth_compare: wgpu::CompareFunction::LessEqual,
+            cull: None,
+            sample_count,
+        };
+        let floor = Stage {
+            shader: Shader::FLOOR,
+            vertex: "vs_floor",
+            fragment: Some(("fs_floor", format)),
+            depth_compare: wgpu::CompareFunction::Less,
+            // From below the floor is glass.
+            cull: Some(wgpu::Face::Back),
+            ..backdrop
+        };
+        let body = Stage {
+            shader: if compute {
+                Shader::BODY_SKINNED
+            } else {
+                Shader::BODY_SKINNING
+            },
+            layout: &pipeline_layout(device, &scene_layout, drawn_skin),
+            vertex: "vs_body",
+            fragment: Some(("fs_body", format)),
+            attributes: if compute {
+                &SKINNED_BODY
+            } else {
+                &SKINNING_BODY
+            },
+            depth_compare: wgpu::CompareFunction::Less,
+            cull: None,
+            sample_count,
+        };
+        Self {
+            shadow: shadow.pipeline(device),
+            backdrop: backdrop.pipeline(device),
+            floor: floor.pipeline(device),
+            body: body.pipeline(device),
+            frame_layout,
+            scene_layout,
+            skin_layout,
+            skin,
+        }
+    }
+}
+
+/// What differs between the render pipelines.
+#[derive(Clone, Copy)]
+struct Stage<'a> {
+    shader: Shader,
+    layout: &'a wgpu::PipelineLayout,
+    vertex: &'a str,
+    /// Entry point and the format it writes; none for depth alone.
+    fragment: Option<(&'a str, wgpu::TextureFormat)>,
+    attributes: &'a [Attribute],
+    depth_compare: wgpu::CompareFunction,
+    cull: Option<wgpu::Face>,
+    sample_count: u32,
+}
+
+impl Stage<'_> {
+    fn pipeline(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
+        let module = self.shader.module(device);
+        let attributes: Vec<[wgpu::VertexAttribute; 1]> =
+            self.attributes.iter().map(alone).collect();
+        let buffers: Vec<_> = attributes
+            .iter()
+            .map(|one| Some(vertex_buffer(one)))
+            .collect();
+        let targets = self.fragment.map(|(_, format)| [Some(format.into())]);
+        let fragment = self
+            .fragment
+            .zip(targets.as_ref())
+            .map(|((entry_point, _), targets)| wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: Default::default(),
+                targets,
+            });
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(self.shader.name),
+            layout: Some(self.layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(self.vertex),
+                compilation_options: Default::default(),
+                buffers: &buffers,
+            },
+            primitive: wgpu::PrimitiveState {
+                cull_mode: self.cull,
+                ..Default::default()
+            },
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(self.depth_compare),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: wgpu::MultisampleState {
+                count: self.sample_count,
+                ..Default::default()
+            },
+            fragment,
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+/// The attribute in a buffer of its own.
+fn alone(&(format, shader_location): &Attribute) -> [wgpu::VertexAttribute; 1] {
+    [wgpu::VertexAttribute {
+        format,
+        offset: 0,
+        shader_location,
+    }]
+}
+
+fn vertex_buffer(attributes: &[wgpu::VertexAttribute; 1]) -> wgpu::VertexBufferLayout<'_> {
+    wgpu::VertexBufferLayout {
+        array_stride: attributes[0].format.size(),
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes,
+    }
+}
+
+fn pipeline_layout(
+    device: &wgpu::Device,
+    first: &wgpu::BindGroupLayout,
+    second: Option<&wgpu::BindGroupLayout>,
+) -> wgpu::PipelineLayout {
+    let groups: Vec<_> = std::iter::once(first).chain(second).map(Some).collect();
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &groups,
+        immediate_size: 0,
+    })
+}
+
+fn bind_group_layout(
+    device: &wgpu::Device,
+    label: &str,
+    entries: &[wgpu::BindGroupLayoutEntry],
+) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some(label),
+        entries,
+    })
+}
+
+fn uniform<T>(binding: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: wgpu::BufferSize::new(size_of::<T>() as u64),
+        },
+        count: None,
+    }
+}
+
+fn frame_entry() -> wgpu::BindGroupLayoutEntry {
+    uniform::<FrameUniform>(0, wgpu::ShaderStages::VERTEX_FRAGMENT)
+}
+
+fn scene_entries() -> [wgpu::BindGroupLayoutEntry; 3] {
+    let fragment = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty,
+        count: None,
+    };
+    let shadow_map = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Depth,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
+    [frame_entry(), fragment(1, shadow_map), fragment(2, sampler)]
+}
+
+/// Bindings of `shader/skin_compute.wgsl`: four buffers read, then two written.
+fn compute_entries(matrices: wgpu::BindGroupLayoutEntry) -> [wgpu::BindGroupLayoutEntry; 7] {
+    std::array::from_fn(|idx| {
+        if idx == 0 {
+            return matrices;
+        }
+        wgpu::BindGroupLayoutEntry {
+            binding: idx as u32,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: idx < 5 },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }
+    })
+}
