@@ -9,10 +9,24 @@
 //! A joint's rest frame is aligned with the model's axes. The model's origin lies on the floor
 //! under the pelvis, so a shape at zero pose and zero translation stands on y = 0.
 
+#[cfg(feature = "build")]
+pub mod build;
+mod error;
+mod glb;
 mod model;
+mod normals;
 mod region;
+mod sex;
 mod skeleton;
+mod skinning;
 
-pub use model::{BodyModel, SHAPE_COUNT, ShapedBody, SkinWeights};
+pub use error::BodyError;
+pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};
+pub use model::{BodyModel, SHAPE_COUNT, SMPL_VERTEX_COUNT, ShapedBody, SkinWeights};
+pub use normals::{vertex_normals, vertex_normals_into};
 pub use region::{REGION_COUNT, Region};
+pub use sex::Sex;
 pub use skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};
+pub use skinning::{
+    SkinMatrices, skin_dual_quaternion, skin_linear, unpose_dual_quaternion, unpose_linear,
+};

@@ -7,6 +7,9 @@ use crate::{JOINT_COUNT, REGION_COUNT};
 /// Number of shape coefficients β.
 pub const SHAPE_COUNT: usize = 10;
 
+/// Number of vertices of SMPL's mesh and of the default bodies.
+pub const SMPL_VERTEX_COUNT: usize = 6_890;
+
 /// Up to four joints and their weights for one vertex; weights sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinWeights {
@@ -105,5 +108,29 @@ impl BodyModel {
             .map(|weights| weights[vertex])
             .sum::<f32>()
             .min(1.0)
+    }
+}
+
+impl SkinWeights {
+    /// The four largest of a vertex's dense weights, renormalised to sum to 1.
+    pub fn largest_four(dense: &[f32; JOINT_COUNT]) -> Self {
+        let mut order: [u8; JOINT_COUNT] = std::array::from_fn(|joint| joint as u8);
+        order.sort_by(|&a, &b| dense[b as usize].total_cmp(&dense[a as usize]));
+        let mut skin = Self {
+            joints: [0; 4],
+            weights: [0.0; 4],
+        };
+        let sum: f32 = order[..4]
+            .iter()
+            .map(|&joint| dense[joint as usize].max(0.0))
+            .sum();
+        for slot in 0..4 {
+            let weight = dense[order[slot] as usize].max(0.0) / sum.max(f32::MIN_POSITIVE);
+            if weight > 0.0 {
+                skin.joints[slot] = order[slot];
+                skin.weights[slot] = weight;
+            }
+        }
+        skin
     }
 }

@@ -17,14 +17,17 @@ fn frames(criterion: &mut Criterion) {
         let shell = common::slab_shell(width_m, 0.01, 0.03, &settings);
         let mut solver = Solver::new(&shell, &settings);
         let mut tick = 0.0;
-        group.bench_function(format!("frame of {} vertices", shell.vertices().len()), |bench| {
-            bench.iter(|| {
-                tick += 1.0 / 60.0;
-                let mut pose = Pose::REST;
-                pose.root_translation_m.y = 0.05 * f64::sin(15.0 * tick);
-                solver.step(black_box(&pose)).expect("stable");
-            });
-        });
+        group.bench_function(
+            format!("frame of {} vertices", shell.vertices().len()),
+            |bench| {
+                bench.iter(|| {
+                    tick += 1.0 / 60.0;
+                    let mut pose = Pose::REST;
+                    pose.root_translation_m.y = 0.05 * f64::sin(15.0 * tick);
+                    solver.step(black_box(&pose)).expect("stable");
+                });
+            },
+        );
     }
     group.finish();
 }

@@ -1,0 +1,41 @@
+//! Bodies as glTF 2.0 binary files.
+//!
+//! Any viewer shows the skinned, colourful body with its ten shape coefficients as morph targets
+//! `shape_0` to `shape_9`. Positions and morphs are 16-bit integers (`KHR_mesh_quantization`) in
+//! steps of [`POSITION_STEP_M`]; the inverse bind matrices scale them to metres. What glTF has no
+//! place for stands in the mesh's `extras.dynaskin`, each entry an accessor index:
+//!
+//! | key | accessor | meaning |
+//! |---|---|---|
+//! | `joint_template` | 24 × VEC3 f32 | rest joints at β = 0, metres |
+//! | `joint_shape_dirs` | 240 × VEC3 f32 | metres per standard deviation, coefficient by coefficient |
+//! | `thickness` | 11 × V SCALAR i16 | template, then ten directions, steps of [`THICKNESS_STEP_M`] |
+//! | `region_weights` | 6 × V SCALAR u8 | in [`Region::ALL`](crate::Region::ALL) order, 255 is 1 |
+//!
+//! `name` is the body's name and `version` is 1.
+
+mod read;
+mod write;
+
+use serde::{Deserialize, Serialize};
+
+/// Step of quantised positions and morphs, metres.
+pub const POSITION_STEP_M: f32 = 1e-4;
+/// Step of quantised tissue thickness, metres.
+pub const THICKNESS_STEP_M: f32 = 1e-5;
+const EXTRAS_VERSION: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+struct MeshExtras {
+    dynaskin: BodyExtras,
+}
+
+#[derive(Serialize, Deserialize)]
+struct BodyExtras {
+    version: u32,
+    name: String,
+    joint_template: usize,
+    joint_shape_dirs: usize,
+    thickness: usize,
+    region_weights: usize,
+}

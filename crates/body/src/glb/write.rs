@@ -1,0 +1,283 @@
+//! Writes a body as GLB.
+
+use glam::Vec3;
+use serde_json::{Value, json};
+
+use super::{BodyExtras, EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
+use crate::normals::vertex_normals;
+use crate::{BodyModel, JOINT_COUNT, Joint};
+
+const I16: u32 = 5122;
+const U8: u32 = 5121;
+const U16: u32 = 5123;
+const F32: u32 = 5126;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// The binary chunk and the accessors over it, one buffer view each.
+#[derive(Default)]
+struct Buffer {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+/// How one accessor is laid out.
+struct Layout {
+    component: u32,
+    kind: &'static str,
+    count: usize,
+    /// Bytes from one element to the next where elements are padded.
+    stride: Option<usize>,
+    target: Option<u32>,
+}
+
+impl Buffer {
+    fn push(&mut self, bytes: &[u8], layout: &Layout, more: Value) -> usize {
+        while !self.bytes.len().is_multiple_of(4) {
+            self.bytes.push(0);
+        }
+        let mut view = json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
+        });
+        if let Some(stride) = layout.stride {
+            view["byteStride"] = json!(stride);
+        }
+        if let Some(target) = layout.target {
+            view["target"] = json!(target);
+        }
+        let mut accessor = json!({
+            "bufferView": self.views.len(), "componentType": layout.component,
+            "type": layout.kind, "count": layout.count,
+        });
+        if let (Some(accessor), Some(more)) = (accessor.as_object_mut(), more.as_object()) {
+            accessor.extend(more.clone());
+        }
+        self.bytes.extend_from_slice(bytes);
+        self.views.push(view);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn vec3_f32(&mut self, values: &[Vec3], target: Option<u32>) -> usize {
+        let layout = Layout {
+            component: F32,
+            kind: "VEC3",
+            count: values.len(),
+            stride: None,
+            target,
+        };
+        self.push(bytemuck::cast_slice(values), &layout, json!({}))
+    }
+
+    /// Positions in steps, padded to 8 bytes as vertex attributes must be aligned to 4.
+    fn vec3_steps(&mut self, values_m: &[Vec3]) -> usize {
+        let steps: Vec<[i16; 4]> = values_m
+            .iter()
+            .map(|value| {
+                let step = (*value / POSITION_STEP_M).round();
+                [step.x as i16, step.y as i16, step.z as i16, 0]
+            })
+            .collect();
+        let bound = |fold: fn(i16, i16) -> i16, from: i16| -> [i16; 3] {
+            std::array::from_fn(|axis| steps.iter().map(|s| s[axis]).fold(from, fold))
+        };
+        let bounds = json!({ "min": bound(i16::min, i16::MAX), "max": bound(i16::max, i16::MIN) });
+        let layout = Layout {
+            component: I16,
+            kind: "VEC3",
+            count: steps.len(),
+            stride: Some(8),
+            target: Some(ARRAY_BUFFER),
+        };
+        self.push(bytemuck::cast_slice(&steps), &layout, bounds)
+    }
+}
+
+impl BodyModel {
+    /// The body as a GLB file; [`BodyModel::from_glb`] reads it back within half a step.
+    pub fn to_glb(&self) -> Vec<u8> {
+        let mut buffer = Buffer::default();
+        let n_vertices = self.vertex_count();
+        let indices: Vec<u16> = self.faces.iter().flatten().map(|&v| v as u16).collect();
+        let attribute = |component, kind| Layout {
+            component,
+            kind,
+            count: n_vertices,
+            stride: None,
+            target: Some(ARRAY_BUFFER),
+        };
+        let index_layout = Layout {
+            component: U16,
+            kind: "SCALAR",
+            count: indices.len(),
+            stride: None,
+            target: Some(ELEMENT_ARRAY_BUFFER),
+        };
+        let indices = buffer.push(bytemuck::cast_slice(&indices), &index_layout, json!({}));
+        let position = buffer.vec3_steps(&self.template_m);
+        let normals = vertex_normals(&self.template_m, &self.faces);
+        let normal = buffer.vec3_f32(&normals, Some(ARRAY_BUFFER));
+        let joints: Vec<[u8; 4]> = self.skin.iter().map(|skin| skin.joints).collect();
+        let joints = buffer.push(joints.as_flattened(), &attribute(U8, "VEC4"), json!({}));
+        let weights: Vec<[f32; 4]> = self.skin.iter().map(|skin| skin.weights).collect();
+        let weights = buffer.push(
+            bytemuck::cast_slice(&weights),
+            &attribute(F32, "VEC4"),
+            json!({}),
+        );
+        let mut attributes = json!({
+            "POSITION": position, "NORMAL": normal, "JOINTS_0": joints, "WEIGHTS_0": weights,
+        });
+        if !self.colors_srgba.is_empty() {
+            // glTF multiplies vertex colours in linear light.
+            let linear: Vec<[u8; 4]> = self.colors_srgba.iter().map(|c| linear_color(*c)).collect();
+            let normalized = json!({ "normalized": true });
+            attributes["COLOR_0"] =
+                json!(buffer.push(linear.as_flattened(), &attribute(U8, "VEC4"), normalized));
+        }
+        let targets: Vec<Value> = self
+            .shape_dirs_m
+            .iter()
+            .map(|dirs| json!({ "POSITION": buffer.vec3_steps(dirs) }))
+            .collect();
+
+        let extras = self.extras(&mut buffer);
+        let inverse_bind: Vec<[f32; 16]> = self
+            .joint_template_m
+            .iter()
+            .map(|joint| {
+                let s = POSITION_STEP_M;
+                [
+                    s, 0., 0., 0., 0., s, 0., 0., 0., 0., s, 0., -joint.x, -joint.y, -joint.z, 1.,
+                ]
+            })
+            .collect();
+        let matrices = Layout {
+            component: F32,
+            kind: "MAT4",
+            count: JOINT_COUNT,
+            stride: None,
+            target: None,
+        };
+        let inverse_bind = buffer.push(bytemuck::cast_slice(&inverse_bind), &matrices, json!({}));
+
+        let mut nodes: Vec<Value> = Joint::ALL
+            .iter()
+            .map(|joint| self.joint_node(*joint))
+            .collect();
+        nodes.push(json!({ "name": self.name, "mesh": 0, "skin": 0 }));
+        let names: Vec<String> = (0..targets.len()).map(|i| format!("shape_{i}")).collect();
+        let mut mesh_extras = json!(extras);
+        mesh_extras["targetNames"] = json!(names);
+        let document = json!({
+            "asset": { "version": "2.0", "generator": "dynaskin body build",
+                       "copyright": "CC0 1.0 (MakeHuman community assets)" },
+            "extensionsUsed": ["KHR_mesh_quantization"],
+            "extensionsRequired": ["KHR_mesh_quantization"],
+            "scene": 0,
+            "scenes": [{ "nodes": [0, JOINT_COUNT] }],
+            "nodes": nodes,
+            "skins": [{ "joints": (0..JOINT_COUNT).collect::<Vec<_>>(), "skeleton": 0,
+                        "inverseBindMatrices": inverse_bind }],
+            "materials": [{ "pbrMetallicRoughness":
+                            { "metallicFactor": 0.0, "roughnessFactor": 0.7 } }],
+            "meshes": [{ "name": self.name, "extras": mesh_extras,
+                         "weights": vec![0.0; targets.len()],
+                         "primitives": [{ "attributes": attributes, "indices": indices,
+                                          "material": 0, "targets": targets }] }],
+            "accessors": buffer.accessors,
+            "bufferViews": buffer.views,
+            "buffers": [{ "byteLength": buffer.bytes.len() }],
+        });
+        container(document.to_string().into_bytes(), buffer.bytes)
+    }
+
+    fn extras(&self, buffer: &mut Buffer) -> MeshExtras {
+        let flat = |component, count| Layout {
+            component,
+            kind: "SCALAR",
+            count,
+            stride: None,
+            target: None,
+        };
+        let thickness: Vec<i16> = std::iter::once(&self.thickness_template_m)
+            .chain(&self.thickness_shape_dirs_m)
+            .flatten()
+            .map(|value| (value / THICKNESS_STEP_M).round() as i16)
+            .collect();
+        let regions: Vec<u8> = self
+            .region_weights
+            .iter()
+            .flatten()
+            .map(|w| (w * 255.0).round() as u8)
+            .collect();
+        MeshExtras {
+            dynaskin: BodyExtras {
+                version: EXTRAS_VERSION,
+                name: self.name.clone(),
+                joint_template: buffer.vec3_f32(&self.joint_template_m, None),
+                joint_shape_dirs: buffer.vec3_f32(self.joint_shape_dirs_m.as_flattened(), None),
+                thickness: buffer.push(
+                    bytemuck::cast_slice(&thickness),
+                    &flat(I16, thickness.len()),
+                    json!({}),
+                ),
+                region_weights: buffer.push(&regions, &flat(U8, regions.len()), json!({})),
+            },
+        }
+    }
+
+    fn joint_node(&self, joint: Joint) -> Value {
+        let position = self.joint_template_m[joint as usize];
+        let parent = joint
+            .parent()
+            .map_or(Vec3::ZERO, |parent| self.joint_template_m[parent as usize]);
+        let children: Vec<usize> = Joint::ALL
+            .iter()
+            .filter(|child| child.parent() == Some(joint))
+            .map(|child| *child as usize)
+            .collect();
+        let mut node =
+            json!({ "name": joint.name(), "translation": (position - parent).to_array() });
+        if !children.is_empty() {
+            node["children"] = json!(children);
+        }
+        node
+    }
+}
+
+fn linear_color([r, g, b, a]: [u8; 4]) -> [u8; 4] {
+    let linear = |c: u8| {
+        let c = f32::from(c) / 255.0;
+        let c = if c <= 0.04045 {
+            c / 12.92
+        } else {
+            ((c + 0.055) / 1.055).powf(2.4)
+        };
+        (c * 255.0).round() as u8
+    };
+    [linear(r), linear(g), linear(b), a]
+}
+
+/// The GLB container: header, JSON chunk, binary chunk, each padded to 4 bytes.
+fn container(mut json: Vec<u8>, mut binary: Vec<u8>) -> Vec<u8> {
+    while !json.len().is_multiple_of(4) {
+        json.push(b' ');
+    }
+    while !binary.len().is_multiple_of(4) {
+        binary.push(0);
+    }
+    let length = 12 + 8 + json.len() + 8 + binary.len();
+    let mut glb = Vec::with_capacity(length);
+    glb.extend_from_slice(b"glTF");
+    for word in [2, length as u32, json.len() as u32] {
+        glb.extend_from_slice(&word.to_le_bytes());
+    }
+    glb.extend_from_slice(b"JSON");
+    glb.extend_from_slice(&json);
+    glb.extend_from_slice(&(binary.len() as u32).to_le_bytes());
+    glb.extend_from_slice(b"BIN\0");
+    glb.extend_from_slice(&binary);
+    glb
+}

@@ -1,0 +1,179 @@
+//! Linear-blend and dual-quaternion skinning, and their inverses.
+//!
+//! Both map a rest-pose position (template, shape, pose correctives and offsets already added) to
+//! the world, per vertex. Unposing inverts the map of each vertex, so an offset measured in the
+//! world becomes an offset in the rest pose.
+
+use glam::{Affine3A, Mat3A, Quat, Vec3, Vec3A};
+
+use crate::{JOINT_COUNT, Pose, SkinWeights};
+
+/// World-from-rest transform of every joint, for one shape and one pose.
+#[derive(Clone, Debug)]
+pub struct SkinMatrices {
+    /// `world_from_rest[joint]` maps a rest-pose position rigidly attached to the joint to the
+    /// world, in metres.
+    pub world_from_rest: [Affine3A; JOINT_COUNT],
+}
+
+impl SkinMatrices {
+    /// Forward kinematics in double precision, rounded once at the end.
+    pub fn new(pose: &Pose, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Self {
+        let world = pose.world_joints(joints_rest_m);
+        let world_from_rest = std::array::from_fn(|idx| {
+            let rotation = world.rotation[idx];
+            let translation_m = world.position_m[idx] - rotation * joints_rest_m[idx].as_dvec3();
+            Affine3A::from_rotation_translation(rotation.as_quat(), translation_m.as_vec3())
+        });
+        Self { world_from_rest }
+    }
+
+    /// The linearly blended transform of one vertex. Not rigid where joints disagree.
+    #[inline]
+    pub fn blended(&self, skin: &SkinWeights) -> Affine3A {
+        let mut x_axis = Vec3A::ZERO;
+        let mut y_axis = Vec3A::ZERO;
+        let mut z_axis = Vec3A::ZERO;
+        let mut translation = Vec3A::ZERO;
+        for (&joint, &weight) in skin.joints.iter().zip(&skin.weights) {
+            let transform = &self.world_from_rest[joint as usize];
+            x_axis += transform.matrix3.x_axis * weight;
+            y_axis += transform.matrix3.y_axis * weight;
+            z_axis += transform.matrix3.z_axis * weight;
+            translation += transform.translation * weight;
+        }
+        Affine3A {
+            matrix3: Mat3A::from_cols(x_axis, y_axis, z_axis),
+            translation,
+        }
+    }
+}
+
+/// Linear-blend skinning (both papers' Eq. 1): `rest_m` to `world_m`, metres, `[vertex]`.
+///
+/// # Panics
+/// When the slices differ in length.
+pub fn skin_linear(
+    rest_m: &[Vec3],
+    skin: &[SkinWeights],
+    matrices: &SkinMatrices,
+    world_m: &mut [Vec3],
+) {
+    assert!(rest_m.len() == skin.len() && rest_m.len() == world_m.len());
+    for ((rest, skin), world) in rest_m.iter().zip(skin).zip(world_m) {
+        *world = matrices.blended(skin).transform_point3(*rest);
+    }
+}
+
+/// Inverse of [`skin_linear`] per vertex: `world_m` to `rest_m`.
+///
+/// Where opposite rotations cancel, the blended matrix is singular; such a vertex keeps the
+/// rotation of its first joint.
+///
+/// # Panics
+/// When the slices differ in length.
+pub fn unpose_linear(
+    world_m: &[Vec3],
+    skin: &[SkinWeights],
+    matrices: &SkinMatrices,
+    rest_m: &mut [Vec3],
+) {
+    assert!(world_m.len() == skin.len() && world_m.len() == rest_m.len());
+    for ((world, skin), rest) in world_m.iter().zip(skin).zip(rest_m) {
+        let mut blended = matrices.blended(skin);
+        if blended.matrix3.determinant().abs() < 1e-3 {
+            blended = matrices.world_from_rest[skin.joints[0] as usize];
+        }
+        *rest = blended.inverse().transform_point3(*world);
+    }
+}
+
+/// A rigid motion as a unit dual quaternion.
+#[derive(Clone, Copy)]
+struct DualQuat {
+    real: Quat,
+    dual: Quat,
+}
+
+impl DualQuat {
+    fn from_affine(affine: &Affine3A) -> Self {
+        let real = Quat::from_mat3a(&affine.matrix3).normalize();
+        let t = affine.translation * 0.5;
+        Self {
+            real,
+            dual: Quat::from_xyzw(t.x, t.y, t.z, 0.0) * real,
+        }
+    }
+
+    fn rotation_translation(self) -> (Quat, Vec3) {
+        let translation = (self.dual * self.real.conjugate()) * 2.0;
+        (
+            self.real,
+            Vec3::new(translation.x, translation.y, translation.z),
+        )
+    }
+}
+
+fn blended_dual_quats(matrices: &SkinMatrices) -> [DualQuat; JOINT_COUNT] {
+    std::array::from_fn(|joint| DualQuat::from_affine(&matrices.world_from_rest[joint]))
+}
+
+fn blend_dual_quats(joints: &[DualQuat; JOINT_COUNT], skin: &SkinWeights) -> (Quat, Vec3) {
+    let pivot = joints[skin.joints[0] as usize].real;
+    let mut real = Quat::from_xyzw(0.0, 0.0, 0.0, 0.0);
+    let mut dual = real;
+    for (&joint, &weight) in skin.joints.iter().zip(&skin.weights) {
+        let dq = joints[joint as usize];
+        // q and -q are the same rotation: blend on the pivot's side.
+        let weight = if dq.real.dot(pivot) < 0.0 {
+            -weight
+        } else {
+            weight
+        };
+        real += dq.real * weight;
+        dual += dq.dual * weight;
+    }
+    let inverse_length = real.length().recip();
+    DualQuat {
+        real: real * inverse_length,
+        dual: dual * inverse_length,
+    }
+    .rotation_translation()
+}
+
+/// Dual-quaternion skinning (Kavan et al. 2008): rigid per vertex, so elbows and wrists keep
+/// their volume when twisted.
+///
+/// # Panics
+/// When the slices differ in length.
+pub fn skin_dual_quaternion(
+    rest_m: &[Vec3],
+    skin: &[SkinWeights],
+    matrices: &SkinMatrices,
+    world_m: &mut [Vec3],
+) {
+    assert!(rest_m.len() == skin.len() && rest_m.len() == world_m.len());
+    let joints = blended_dual_quats(matrices);
+    for ((rest, skin), world) in rest_m.iter().zip(skin).zip(world_m) {
+        let (rotation, translation) = blend_dual_quats(&joints, skin);
+        *world = rotation * *rest + translation;
+    }
+}
+
+/// Inverse of [`skin_dual_quaternion`] per vertex.
+///
+/// # Panics
+/// When the slices differ in length.
+pub fn unpose_dual_quaternion(
+    world_m: &[Vec3],
+    skin: &[SkinWeights],
+    matrices: &SkinMatrices,
+    rest_m: &mut [Vec3],
+) {
+    assert!(world_m.len() == skin.len() && world_m.len() == rest_m.len());
+    let joints = blended_dual_quats(matrices);
+    for ((world, skin), rest) in world_m.iter().zip(skin).zip(rest_m) {
+        let (rotation, translation) = blend_dual_quats(&joints, skin);
+        *rest = rotation.conjugate() * (*world - translation);
+    }
+}
