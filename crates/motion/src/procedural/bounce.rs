@@ -1,7 +1,7 @@
 //! The vertical course of the pelvis through flights and ground contacts.
 
 use super::figure::Figure;
-use super::track::{Knot, Track, smooth_lag};
+use super::track::{Knot, Track, smooth_step};
 use super::{GRAVITY, LEAD_SECONDS, Procedural};
 use crate::MotionError;
 
@@ -9,6 +9,8 @@ use crate::MotionError;
 const MAX_CONTACT_ACCELERATION: f64 = 45.0;
 /// Aim for the acceleration with which soles leave the floor, in m/s².
 const SOLE_ACCELERATION: f64 = 40.0;
+/// Least depth of a contact below standing, per length of leg.
+const MIN_CROUCH: f64 = 0.06;
 /// Usual durations of sinking into the first crouch and of standing up, in seconds.
 const SINK_SECONDS: f64 = 0.45;
 const RISE_SECONDS: f64 = 0.6;
@@ -37,7 +39,7 @@ pub struct Bounce {
     pub last_bottom: f64,
     pub end: f64,
     speed: f64,
-    lag_seconds: f64,
+    launch_seconds: f64,
 }
 
 /// What a bounce needs to know beside the tempo and height of the motion.
@@ -77,15 +79,18 @@ impl Bounce {
                 max_height_m: (period / needed_per_speed).powi(2) / (2.0 * GRAVITY),
             });
         }
-        let lag_seconds = (1.875 * speed / SOLE_ACCELERATION)
+        let launch_seconds = (1.875 * speed / SOLE_ACCELERATION)
             .max(0.06)
             .min(0.9 * speed / GRAVITY);
         let stand_m = -figure.drop_for(plan.sole_aside_m);
-        // The leg has to stretch a little further while the soles gather speed after take-off.
-        let release_m = stand_m.min(-figure.drop_for(plan.widest_m)) + figure.tiptoe_rise_m()
-            - speed * lag_seconds / 2.0;
         let depth_m = figure.leg_m * (0.07 + 0.11 * speed);
         let push_seconds = push_seconds(speed, depth_m).min(contact_seconds / 2.0);
+        // In small hops the legs stay a little bent; strong ones end on tiptoe. The leg has to
+        // stretch further while the soles gather speed after take-off.
+        let tiptoe_m = figure.tiptoe_rise_m() * (speed / 2.0).min(1.0);
+        let release_m = (stand_m.min(-figure.drop_for(plan.widest_m)) + tiptoe_m
+            - launch_lag_m(speed, launch_seconds))
+        .min(stand_m - MIN_CROUCH * figure.leg_m + sink_m(speed, push_seconds));
 
         let around = plan.prepare_seconds + SINK_SECONDS + 2.0 * push_seconds + RISE_SECONDS
             - contact_seconds;
@@ -112,7 +117,7 @@ impl Bounce {
             last_bottom,
             end: last_bottom + RISE_SECONDS,
             speed,
-            lag_seconds,
+            launch_seconds,
         };
         bounce.pelvis_m = Track::new(bounce.knots(LEAD_SECONDS + plan.prepare_seconds));
         Ok(bounce)
@@ -125,7 +130,7 @@ impl Bounce {
         let t = self.push_seconds;
         Knot {
             time,
-            value: self.release_m - (0.625 * self.speed * t + GRAVITY * t * t / 8.0),
+            value: self.release_m - sink_m(self.speed, t),
             speed: 0.0,
             acceleration: 1.5 * self.speed / t + GRAVITY / 2.0,
         }
@@ -186,16 +191,31 @@ impl Bounce {
         })
     }
 
-    /// Height in metres of soles that leave the floor after the pelvis and come back before it:
-    /// they gather the pelvis's speed smoothly, so the leg lengthens by v T / 2.
+    /// Height in metres of soles that leave the floor with the pelvis and come back with it: they
+    /// gather its speed smoothly, so the leg is longer in flight by [`launch_lag_m`].
     pub fn sole_m(&self, time: f64) -> f64 {
         let Some((idx, _)) = self.flight_at(time) else {
             return 0.0;
         };
         let flight = self.flights[idx];
         let from_contact = (time - flight.start).min(flight.end - time);
-        let lag_m = self.speed * self.lag_seconds * smooth_lag(from_contact / self.lag_seconds);
-        (self.pelvis_m.at(time) - self.release_m - lag_m).max(0.0)
+        if from_contact < self.launch_seconds {
+            launched_m(self.speed, self.launch_seconds, from_contact)
+        } else {
+            self.pelvis_m.at(time) - self.release_m - launch_lag_m(self.speed, self.launch_seconds)
+        }
+    }
+
+    /// 1 around flights, when heels lift early and knees stretch gently; 0 from a sixth of a second
+    /// before the crouch and after the landing, when the soles are flat.
+    pub fn spring(&self, time: f64) -> f64 {
+        let distance = |flight: &Flight| (flight.start - time).max(time - flight.end);
+        let nearest = self
+            .flights
+            .iter()
+            .map(distance)
+            .fold(f64::INFINITY, f64::min);
+        1.0 - smooth_step((nearest - self.push_seconds) / 0.16)
     }
 
     /// How far the body crouches below standing, in metres; close to 0 in flight, smooth.
@@ -217,8 +237,55 @@ impl Bounce {
     }
 }
 
-/// Time T of a push over `depth_m` to `speed`: solves `0.625 v T + g T²/8 = depth`.
+/// How far the pelvis sinks below the release height in a contact of half length `push_seconds`.
+fn sink_m(speed: f64, push_seconds: f64) -> f64 {
+    push_seconds * (0.625 * speed + GRAVITY * push_seconds / 8.0)
+}
+
+/// Time T of a push over `depth_m` to `speed`: the inverse of [`sink_m`].
 fn push_seconds(speed: f64, depth_m: f64) -> f64 {
     let b = 0.625 * speed;
     ((b * b + 0.5 * GRAVITY * depth_m).sqrt() - b) / (0.25 * GRAVITY)
+}
+
+/// Height of a sole at `time` after take-off, while `time` is below `launch_seconds` = T. Its speed
+/// is the pelvis's, `v - g t`, times the smooth step `10 s³ - 15 s⁴ + 6 s⁵` of s = t/T.
+fn launched_m(speed: f64, launch_seconds: f64, time: f64) -> f64 {
+    let s = time / launch_seconds;
+    let s4 = s * s * s * s;
+    let even = s4 * (2.5 + s * (s - 3.0));
+    let ramp = s4 * s * (2.0 + s * (6.0 / 7.0 * s - 2.5));
+    launch_seconds * (speed * even - GRAVITY * launch_seconds * ramp)
+}
+
+/// How far a sole stays behind the pelvis in gathering its speed.
+fn launch_lag_m(speed: f64, launch_seconds: f64) -> f64 {
+    let rise_m = launch_seconds * (speed - GRAVITY * launch_seconds / 2.0);
+    rise_m - launched_m(speed, launch_seconds, launch_seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_push_reaches_its_depth() {
+        for (speed, depth_m) in [(0.5, 0.05), (1.3, 0.16), (2.4, 0.3)] {
+            assert!((sink_m(speed, push_seconds(speed, depth_m)) - depth_m).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_launched_sole_gathers_the_speed_of_the_pelvis() {
+        let (speed, launch_seconds) = (2.0, 0.1);
+        let steps = 1000;
+        let mut height_m = 0.0;
+        for step in 0..steps {
+            let s = (f64::from(step) + 0.5) / f64::from(steps);
+            let pelvis_speed = speed - GRAVITY * s * launch_seconds;
+            height_m += smooth_step(s) * pelvis_speed * launch_seconds / f64::from(steps);
+        }
+        assert!((height_m - launched_m(speed, launch_seconds, launch_seconds)).abs() < 1e-6);
+        assert!(launch_lag_m(speed, launch_seconds) > 0.0);
+    }
 }

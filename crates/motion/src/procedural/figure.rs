@@ -5,10 +5,12 @@ use glam::{DMat3, DQuat, DVec3, Vec3};
 
 use crate::MotionError;
 
-/// Up to this fraction of its length a leg stretches before the heel begins to rise.
-const HEEL_DOWN_REACH: f64 = 0.985;
-/// A leg never stretches beyond this fraction of its length: at full stretch the knee would snap.
-const FULL_REACH: f64 = 0.995;
+/// Up to this fraction of its length a leg stretches before the heel begins to rise; on a standing
+/// and on a springing body. The first leaves some bend for standing, the second lets the knee come
+/// to rest gently.
+const HEEL_DOWN_REACH: [f64; 2] = [0.985, 0.9];
+/// Fraction that a leg never stretches beyond: at full stretch the knee would snap.
+const FULL_REACH: [f64; 2] = [0.995, 0.993];
 /// Largest angle between sole and floor with the ball on it, in radians.
 const MAX_HEEL_RISE: f64 = 1.2;
 
@@ -27,6 +29,8 @@ pub struct Sole {
     /// Angle by which the toes point down, in radians; the sole turns about the ball. Below zero
     /// they point up and it turns about the heel.
     pub pitch: f64,
+    /// From 0, heel down until the leg is nearly straight, to 1, heel lifting early.
+    pub spring: f64,
 }
 
 /// Angles of an arm away from hanging at the side of the trunk, in radians.
@@ -100,16 +104,16 @@ impl Figure {
     pub fn drop_for(&self, sole_aside_m: f64) -> f64 {
         let leg_m = self.rest_m[Joint::LeftHip as usize] - self.rest_m[Joint::LeftAnkle as usize];
         let across_m = DVec3::new(leg_m.x - sole_aside_m, 0.0, leg_m.z).length();
-        let reach_m = HEEL_DOWN_REACH * self.leg_m;
+        let reach_m = HEEL_DOWN_REACH[0] * self.leg_m;
         leg_m.y - (reach_m * reach_m - across_m * across_m).max(0.0).sqrt()
     }
 
     /// How far the pelvis can rise above the standing height with the balls on the floor and the
-    /// heels lifted by about 50 degrees, in metres.
+    /// heels lifted by about 30 degrees, in metres.
     pub fn tiptoe_rise_m(&self) -> f64 {
         let lever_m =
             self.rest_m[Joint::LeftFoot as usize] - self.rest_m[Joint::LeftAnkle as usize];
-        0.6 * lever_m.z
+        0.45 * lever_m.z
     }
 
     /// Distance of the left sole from the midline in the rest pose, in metres.
@@ -198,7 +202,7 @@ impl Figure {
         let to_ankle = ankle_m - hip_m;
         let distance = to_ankle
             .length()
-            .clamp(1e-6, FULL_REACH * (thigh.length() + shin.length()));
+            .clamp(1e-6, 0.999 * (thigh.length() + shin.length()));
         let along = to_ankle.normalize_or(DVec3::NEG_Y);
         // The knee moves in the plane of the leg and the way ahead of the pelvis.
         let hinge = along.cross(pelvis * DVec3::Z).normalize_or(DVec3::NEG_X);
@@ -211,25 +215,24 @@ impl Figure {
         world[knee as usize] = bone_rotation(shin, shin_world, hinge);
         world[ankle as usize] = DQuat::from_rotation_x(pitch);
         // Toes stay on the floor while the heel lifts; in the air they hang on the foot.
-        let in_air = super::track::smooth_step(sole.shift_m.y / 0.08);
+        let in_air = super::track::smooth_step(sole.shift_m.y / 0.15);
         world[foot as usize] = DQuat::from_rotation_x(pitch.min(0.0) + in_air * pitch.max(0.0));
     }
 
     /// Pitch of the sole and position of the ankle. The heel lifts as far as the leg needs it to.
     fn place_foot(&self, hip_m: DVec3, ankle: DVec3, ball: DVec3, sole: &Sole) -> (f64, DVec3) {
-        let ball_floor = DVec3::new(ball.x, 0.0, ball.z);
-        let heel_floor = ball_floor + 1.25 * DVec3::new(0.0, 0.0, ankle.z - ball.z);
+        let heel = DVec3::new(ball.x, 0.0, ball.z + 1.25 * (ankle.z - ball.z));
         let place = |pitch: f64| {
-            let pivot = if pitch < 0.0 { heel_floor } else { ball_floor };
+            // Toes lie flat while the heel lifts, so the joint of the ball is what stays in place.
+            let pivot = if pitch < 0.0 { heel } else { ball };
             pivot + sole.shift_m + DQuat::from_rotation_x(pitch) * (ankle - pivot)
         };
         let distance = |pitch: f64| hip_m.distance(place(pitch)) / self.leg_m;
         let wanted = distance(sole.pitch);
-        if wanted <= HEEL_DOWN_REACH {
+        let allowed = softened_reach(wanted, sole.spring);
+        if wanted <= allowed {
             return (sole.pitch, place(sole.pitch));
         }
-        let margin = FULL_REACH - HEEL_DOWN_REACH;
-        let allowed = HEEL_DOWN_REACH + margin * ((wanted - HEEL_DOWN_REACH) / margin).tanh();
         let (mut low, mut high) = (sole.pitch, MAX_HEEL_RISE.max(sole.pitch));
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
@@ -241,6 +244,26 @@ impl Figure {
         }
         (high, place(high))
     }
+}
+
+/// The stretch of a leg, as a fraction of its length, for a `wanted` one.
+///
+/// The knee's distance from the line between hip and ankle goes with η = √(1 - r²), whose slope
+/// over r has no bound at r = 1. From the reach r₀ on, η leaves that course with equal value, slope
+/// and curvature and decays to that of the full reach, as `(1 + a x) exp(-b x)`.
+fn softened_reach(wanted: f64, spring: f64) -> f64 {
+    let between = |ends: [f64; 2]| ends[0] + (ends[1] - ends[0]) * spring;
+    let start = between(HEEL_DOWN_REACH);
+    if wanted <= start {
+        return wanted;
+    }
+    let bend = |reach: f64| (1.0 - reach * reach).sqrt();
+    let (start_bend, least_bend) = (bend(start), bend(between(FULL_REACH)));
+    let fall = start_bend - least_bend;
+    let x = (wanted - start) * start / (start_bend * fall);
+    let b = 1.0 + (1.0 + fall / (start_bend * start * start)).sqrt();
+    let bend = least_bend + fall * (1.0 + (b - 1.0) * x) * (-b * x).exp();
+    (1.0 - bend * bend).sqrt()
 }
 
 /// Share of the collar in lifting the arm.

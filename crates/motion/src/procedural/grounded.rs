@@ -46,10 +46,11 @@ pub fn walk<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>,
         let phase = ((time - start) * tempo_hz).clamp(0.0, steps as f64);
         let gait = gait.at(time);
         let sole = |side: usize, x: f64| {
-            let (z, swing, pitch) = foot(side, phase, steps, step_m);
+            let foot = foot(side, phase, steps, step_m);
             Sole {
-                shift_m: DVec3::new(x, height_m * swing, z),
-                pitch,
+                shift_m: DVec3::new(x, height_m * foot.lift, foot.ahead_m),
+                pitch: foot.pitch,
+                spring: 0.4 * gait * foot.push,
             }
         };
         // +1 while the left foot is ahead (it lands at odd phases), -1 while the right one is.
@@ -99,34 +100,41 @@ fn pelvis_ahead(steps: usize, step_m: f64) -> Track {
     Track::new(knots)
 }
 
-/// Way ahead in metres, lift (0 to 1) and pitch of a foot (0 left, 1 right) at a phase in steps.
-/// The left foot swings in even steps, the right one in odd steps; step k lands k + 1 steps ahead,
-/// the last one beside the other foot.
-fn foot(side: usize, phase: f64, steps: usize, step_m: f64) -> (f64, f64, f64) {
+/// A foot in the cycle of walking.
+#[derive(Default)]
+struct WalkingFoot {
+    /// Way ahead in metres.
+    ahead_m: f64,
+    /// Lift of the swinging foot, 0 to 1.
+    lift: f64,
+    /// Pitch of the sole in radians: the heel strikes first.
+    pitch: f64,
+    /// 1 while the foot pushes off from behind, else 0.
+    push: f64,
+}
+
+/// A foot (0 left, 1 right) at a phase in steps. The left foot swings in even steps, the right one
+/// in odd steps; step k lands k + 1 steps ahead, the last one beside the other foot.
+fn foot(side: usize, phase: f64, steps: usize, step_m: f64) -> WalkingFoot {
     let current = (phase.floor() as usize).min(steps - 1);
-    let lands_at = |step: usize| (step + 1).min(steps - 1) as f64 * step_m;
-    // The foot's last step up to the current one, if it made any.
-    let own = if current % 2 == side {
-        Some(current)
-    } else {
-        current.checked_sub(1)
-    };
-    let Some(own) = own else {
-        return (0.0, 0.0, 0.0);
-    };
-    let from = own.checked_sub(2).map_or(0.0, lands_at);
+    // The foot's last step up to the current one; -1 for the right foot before its first.
+    let own = current as i64 - i64::from(current % 2 != side);
+    let lands_at_m = |step: i64| (step + 1).clamp(0, steps as i64 - 1) as f64 * step_m;
+    let from_m = lands_at_m(own - 2);
     let passed = phase - own as f64;
     let swing = (passed - DOUBLE_SUPPORT) / (1.0 - DOUBLE_SUPPORT);
-    let ahead = from + (lands_at(own) - from) * smooth_step(swing);
-    let strikes = own + 1 < steps;
+    let strikes = (0..steps as i64 - 1).contains(&own);
     let up = smooth_step((swing - 0.5) / 0.5);
-    let down = smooth_step((passed - 1.0) / 0.3);
-    let pitch = if strikes {
-        HEEL_STRIKE_PITCH * (up - down)
-    } else {
-        0.0
-    };
-    (ahead, bump(swing), pitch)
+    let down = smooth_step((passed - 1.0) / 0.35);
+    let pushed_before = own > 0;
+    let push = smooth_step((passed - 1.2) / 0.4)
+        + f64::from(pushed_before) * (1.0 - smooth_step((passed - 0.35) / 0.35));
+    WalkingFoot {
+        ahead_m: from_m + (lands_at_m(own) - from_m) * smooth_step(swing),
+        lift: bump(swing),
+        pitch: f64::from(strikes) * HEEL_STRIKE_PITCH * (up - down),
+        push,
+    }
 }
 
 /// Strength of a repeated motion: 0 before and after, 1 from `start` + `ramp` to `end` - `ramp`.
@@ -153,7 +161,7 @@ pub fn twist<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>
         let swing = on * (TAU * tempo_hz * (time - start)).sin();
         let sole = |x: f64| Sole {
             shift_m: DVec3::new(x, 0.0, 0.0),
-            pitch: 0.0,
+            ..Sole::default()
         };
         let arm = |ahead: f64| Arm {
             ahead: 0.35 * on + 0.35 * ahead,
@@ -197,7 +205,7 @@ pub fn shake_hips<'a>(
         let swing = on * (TAU * tempo_hz * (time - start)).sin();
         let sole = |x: f64| Sole {
             shift_m: DVec3::new(x, 0.0, 0.0),
-            pitch: 0.0,
+            ..Sole::default()
         };
         let arm = |sign: f64| Arm {
             ahead: 0.15 * on,

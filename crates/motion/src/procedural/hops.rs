@@ -39,10 +39,12 @@ fn crouching(bounce: &Bounce, time: f64) -> Stance {
     }
 }
 
-fn both_soles(aside_m: f64, height_m: f64) -> Sides<Sole> {
+/// Both soles side by side, lifting from the floor with the flights.
+fn both_soles(bounce: &Bounce, time: f64, aside_m: f64, tuck_m: f64) -> Sides<Sole> {
     let sole = |x: f64| Sole {
-        shift_m: DVec3::new(x, height_m, 0.0),
+        shift_m: DVec3::new(x, bounce.sole_m(time) + tuck_m, 0.0),
         pitch: 0.0,
+        spring: bounce.spring(time),
     };
     Sides {
         left: sole(aside_m),
@@ -58,8 +60,8 @@ pub fn jump<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>,
     for flight in &bounce.flights {
         let bottom = flight.start - bounce.push_seconds;
         let keys = [
-            (bottom - 0.15, -0.6),
-            (flight.start + 0.1, 1.3),
+            (bottom - 0.25, -0.5),
+            (flight.start + 0.12, 1.2),
             (flight.end.max(flight.start + 0.2), 0.8),
             (flight.end + bounce.push_seconds + 0.35, 0.0),
         ];
@@ -81,7 +83,7 @@ pub fn jump<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>,
         let tuck_m = bounce.flight_at(time).map_or(0.0, |(_, passed)| {
             0.15 * motion_height(&bounce) * bump(passed)
         });
-        stance.soles = both_soles(plan.sole_aside_m, bounce.sole_m(time) + tuck_m);
+        stance.soles = both_soles(&bounce, time, plan.sole_aside_m, tuck_m);
         let arm = Arm {
             ahead: swing.at(time),
             aside: 0.12 * engagement.at(time),
@@ -120,7 +122,7 @@ pub fn hop<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, 
     let bounce = Bounce::new(motion, figure, &plan)?;
     let engagement = bounce.engagement();
     Ok(Box::new(move |time| Stance {
-        soles: both_soles(plan.sole_aside_m, bounce.sole_m(time)),
+        soles: both_soles(&bounce, time, plan.sole_aside_m, 0.0),
         arms: bent_arms(&bounce, engagement.at(time), time),
         ..crouching(&bounce, time)
     }))
@@ -159,14 +161,14 @@ pub fn one_leg_hop<'a>(
         stance.pelvis_shift_m.x = over_foot_m * weight;
         stance.pelvis_turn.z = -0.05 * weight;
         stance.chest_turn.z = 0.03 * weight;
-        stance.soles = both_soles(plan.sole_aside_m, 0.0);
-        stance.soles.left.shift_m.y = bounce.sole_m(time);
+        stance.soles = both_soles(&bounce, time, plan.sole_aside_m, 0.0);
         let hanging_m = DVec3::new(
             stance.pelvis_shift_m.x - plan.sole_aside_m,
             0.3 * leg_m + bounce.pelvis_m.at(time) - bounce.stand_m,
             -0.3 * leg_m,
         );
         let right = &mut stance.soles.right;
+        right.shift_m.y = 0.0;
         right.shift_m = right.shift_m.lerp(hanging_m, lifted);
         right.pitch = 0.9 * lifted;
         stance.arms = bent_arms(&bounce, engagement.at(time), time);
@@ -213,7 +215,7 @@ pub fn jumping_jacks<'a>(
             bend: -0.3 * up,
         };
         Stance {
-            soles: both_soles(aside_m, bounce.sole_m(time)),
+            soles: both_soles(&bounce, time, aside_m, 0.0),
             arms: Sides {
                 left: arm,
                 right: arm,
@@ -259,6 +261,7 @@ pub fn run_in_place<'a>(
         let sole = |x: f64, swing: f64| Sole {
             shift_m: DVec3::new(x, lift_m * swing, -0.15 * lift_m * swing),
             pitch: 0.7 * swing,
+            spring: bounce.spring(time),
         };
         stance.soles = Sides {
             left: sole(plan.sole_aside_m, left),

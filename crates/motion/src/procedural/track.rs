@@ -84,13 +84,6 @@ pub fn smooth_step(s: f64) -> f64 {
     s * s * s * (10.0 + s * (6.0 * s - 15.0))
 }
 
-/// Integral of `1 - smooth_step` from 0 to `s`; 1/2 from `s` = 1 on.
-pub fn smooth_lag(s: f64) -> f64 {
-    let s = s.clamp(0.0, 1.0);
-    let s4 = s * s * s * s;
-    s - s4 * (2.5 - 3.0 * s + s * s)
-}
-
 /// Rises from 0 to 1 at `s` = 1/2 and falls to 0 at `s` = 1, twice continuously differentiable.
 pub fn bump(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
@@ -119,17 +112,5 @@ mod tests {
         }
         assert_eq!(track.at(-1.0), 1.0);
         assert_eq!(track.at(9.0), 0.0);
-    }
-
-    #[test]
-    fn the_lag_is_the_integral_it_names() {
-        let steps = 2000;
-        let mut sum = 0.0;
-        for step in 0..steps {
-            sum +=
-                (1.0 - smooth_step((f64::from(step) + 0.5) / f64::from(steps))) / f64::from(steps);
-        }
-        assert!((sum - smooth_lag(1.0)).abs() < 1e-6);
-        assert!((smooth_lag(1.0) - 0.5).abs() < 1e-12);
     }
 }

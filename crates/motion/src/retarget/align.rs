@@ -6,6 +6,9 @@ use glam::{DMat3, DQuat, DVec3};
 use super::Source;
 use crate::MotionError;
 
+/// Largest correction of the pitch of the soles, in radians.
+const MAX_SOLE_PITCH: f64 = 0.2;
+
 /// What the soles of the source's rest pose are flat against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SoleReference {
@@ -57,6 +60,21 @@ impl Alignment {
             alignment.source_from_target[hand as usize] = forearm;
         }
         Ok(alignment)
+    }
+
+    /// Turns the left and the right foot so that soles whose toes point up by these angles
+    /// (radians) become flat. Larger angles than rest poses explain are how somebody stands.
+    pub fn pitch_soles(&mut self, toes_up: [f64; 2]) {
+        let feet = [
+            [Joint::LeftAnkle, Joint::LeftFoot],
+            [Joint::RightAnkle, Joint::RightFoot],
+        ];
+        for (joints, angle) in feet.into_iter().zip(toes_up) {
+            let down = DQuat::from_rotation_x(angle.clamp(-MAX_SOLE_PITCH, MAX_SOLE_PITCH));
+            for joint in joints {
+                self.source_from_target[joint as usize] *= down;
+            }
+        }
     }
 
     /// Starts from the parent's alignment, which carries the twist along the limb, and adds the

@@ -1,99 +1,137 @@
-//! Where the floor is.
+//! Where the floor is, and how flat the soles stand on it.
 
-use dynaskin_body::{JOINT_COUNT, Joint, Pose, WorldJoints};
+use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use glam::{DVec3, Vec3};
 
-/// Points of both soles in the rest pose with the joint that carries each.
+/// Below this speed of the sole, in m/s, a foot counts as standing.
+const STANDING_SPEED: f64 = 0.4;
+
+/// The left and the right ankle with the joint of their ball.
+const FEET: [(Joint, Joint); 2] = [
+    (Joint::LeftAnkle, Joint::LeftFoot),
+    (Joint::RightAnkle, Joint::RightFoot),
+];
+
+/// A sole at one frame.
+struct Sole {
+    /// Middle between heel and ball, in metres.
+    middle_m: DVec3,
+    /// The lower one of heel and ball, in metres.
+    lowest_m: f64,
+    /// Height of the unit vectors up and ahead of the foot: 1 and 0 on a flat sole.
+    up_y: f64,
+    ahead_y: f64,
+    /// Speed of the middle in m/s.
+    speed: f64,
+}
+
+/// The soles of one foot over the frames.
 ///
-/// Heel and toe tip lie beyond ankle and ball by a quarter and by half of the distance between
-/// them, which fits adult feet.
-fn sole_points_m(rest_m: &[Vec3; JOINT_COUNT]) -> [(Joint, DVec3); 6] {
-    let side = |ankle: Joint, foot: Joint| {
-        let [heel, ball] = [ankle, foot]
-            .map(|joint| rest_m[joint as usize].as_dvec3() * DVec3::new(1.0, 0.0, 1.0));
-        let along = ball - heel;
-        [
-            (ankle, heel - 0.25 * along),
-            (ankle, ball),
-            (foot, ball + 0.5 * along),
-        ]
-    };
-    let left = side(Joint::LeftAnkle, Joint::LeftFoot);
-    let right = side(Joint::RightAnkle, Joint::RightFoot);
-    [left[0], left[1], left[2], right[0], right[1], right[2]]
-}
-
-fn heights_m(
-    world: &WorldJoints,
+/// The heel lies behind the ankle by a quarter of the distance from ankle to ball, which fits adult
+/// feet. Toes are left out: captured toes are noisy, and where they bend the ball stands.
+fn soles(
+    frames: &[Pose],
+    frame_seconds: f64,
     rest_m: &[Vec3; JOINT_COUNT],
-    points_m: &[(Joint, DVec3); 6],
-) -> [f64; 6] {
-    points_m.map(|(joint, point_m)| {
-        let idx = joint as usize;
-        let lever_m = point_m - rest_m[idx].as_dvec3();
-        (world.position_m[idx] + world.rotation[idx] * lever_m).y
-    })
+    (ankle, ball): (Joint, Joint),
+) -> Vec<Sole> {
+    let on_floor = |joint: Joint| rest_m[joint as usize].as_dvec3() * DVec3::new(1.0, 0.0, 1.0);
+    let (under_ankle_m, ball_m) = (on_floor(ankle), on_floor(ball));
+    let heel_m = under_ankle_m - 0.25 * (ball_m - under_ankle_m);
+    let ankle_m = rest_m[ankle as usize].as_dvec3();
+    let mut soles: Vec<Sole> = Vec::with_capacity(frames.len());
+    for pose in frames {
+        let world = pose.world_joints(rest_m);
+        let rotation = world.rotation[ankle as usize];
+        let [heel_m, ball_m] = [heel_m, ball_m]
+            .map(|point_m| world.position_m[ankle as usize] + rotation * (point_m - ankle_m));
+        let middle_m = 0.5 * (heel_m + ball_m);
+        let before_m = soles.last().map_or(middle_m, |before| before.middle_m);
+        soles.push(Sole {
+            middle_m,
+            lowest_m: heel_m.y.min(ball_m.y),
+            up_y: (rotation * DVec3::Y).y,
+            ahead_y: (rotation * DVec3::Z).y,
+            speed: middle_m.distance(before_m) / frame_seconds,
+        });
+    }
+    // The first frame has none before it to measure its speed by.
+    if let [first, second, ..] = soles.as_mut_slice() {
+        first.speed = second.speed;
+    }
+    soles
 }
 
-/// Height in metres of the lowest point of both soles in each frame.
-fn lowest_m(frames: &[Pose], rest_m: &[Vec3; JOINT_COUNT]) -> Vec<f64> {
-    let points_m = sole_points_m(rest_m);
-    frames
-        .iter()
-        .map(|pose| {
-            heights_m(&pose.world_joints(rest_m), rest_m, &points_m)
-                .into_iter()
-                .fold(f64::INFINITY, f64::min)
-        })
-        .collect()
+fn is_standing(sole: &&Sole) -> bool {
+    sole.speed < STANDING_SPEED
 }
 
 /// The value below which a fraction of `values` lies.
-fn quantile(values: &[f64], fraction: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().saturating_sub(1);
-    sorted
+fn quantile(mut values: Vec<f64>, fraction: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    values
         .get((fraction * last as f64).round() as usize)
         .copied()
         .unwrap_or_default()
 }
 
-/// Shifts the clip so that its first frame's root lies at x = z = 0 and the soles come down to
-/// y = 0. A few frames may lie lower: captures have outliers.
-pub fn put_on_floor(frames: &mut [Pose], rest_m: &[Vec3; JOINT_COUNT]) {
+/// Shifts the clip so that its first frame's root lies at x = z = 0 and standing soles at y = 0.
+/// Single frames may lie lower: captures have outliers.
+pub fn put_on_floor(frames: &mut [Pose], frame_seconds: f64, rest_m: &[Vec3; JOINT_COUNT]) {
     let Some(first) = frames.first() else { return };
     let mut shift_m = -first.root_translation_m;
-    shift_m.y = -quantile(&lowest_m(frames, rest_m), 0.05);
+    let [left, right] = FEET.map(|foot| soles(frames, frame_seconds, rest_m, foot));
+    let standing: Vec<f64> = left
+        .iter()
+        .chain(&right)
+        .filter(is_standing)
+        .map(|sole| sole.lowest_m)
+        .collect();
+    shift_m.y = -if standing.len() > frames.len() / 20 {
+        quantile(standing, 0.2)
+    } else {
+        // Running hardly leaves a foot standing.
+        let lowest = left
+            .iter()
+            .zip(&right)
+            .map(|(left, right)| left.lowest_m.min(right.lowest_m));
+        quantile(lowest.collect(), 0.05)
+    };
     for pose in frames {
         pose.root_translation_m += shift_m;
     }
 }
 
-/// How far from flat the soles stand while they stand: the median over the frames with the lowest
-/// feet of one minus the cosine between sole and floor.
-pub fn sole_tilt(frames: &[Pose], rest_m: &[Vec3; JOINT_COUNT]) -> f64 {
-    let points_m = sole_points_m(rest_m);
-    let mut lowest: Vec<(f64, f64)> = Vec::with_capacity(2 * frames.len());
-    for pose in frames {
-        let world = pose.world_joints(rest_m);
-        let heights = heights_m(&world, rest_m, &points_m);
-        for (side, ankle) in [Joint::LeftAnkle, Joint::RightAnkle]
-            .into_iter()
-            .enumerate()
-        {
-            let height_m = heights[3 * side..3 * side + 2].iter().sum::<f64>();
-            lowest.push((
-                height_m,
-                1.0 - (world.rotation[ankle as usize] * DVec3::Y).y,
-            ));
-        }
-    }
-    lowest.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let standing: Vec<f64> = lowest
-        .iter()
-        .take(lowest.len().div_ceil(4))
-        .map(|f| f.1)
+/// How far from flat the lowest quarter of all soles is: the median of one minus the cosine of the
+/// angle between sole and floor.
+pub fn sole_tilt(frames: &[Pose], frame_seconds: f64, rest_m: &[Vec3; JOINT_COUNT]) -> f64 {
+    let mut all: Vec<Sole> = FEET
+        .into_iter()
+        .flat_map(|foot| soles(frames, frame_seconds, rest_m, foot))
         .collect();
-    quantile(&standing, 0.5)
+    all.sort_by(|a, b| a.middle_m.y.total_cmp(&b.middle_m.y));
+    all.truncate(all.len().div_ceil(4));
+    quantile(all.into_iter().map(|sole| 1.0 - sole.up_y).collect(), 0.5)
+}
+
+/// Angles in radians by which the toes of the left and the right foot point up while standing
+/// (median). 0 for a foot that hardly stands still.
+pub fn standing_pitch(
+    frames: &[Pose],
+    frame_seconds: f64,
+    rest_m: &[Vec3; JOINT_COUNT],
+) -> [f64; 2] {
+    FEET.map(|foot| {
+        let soles = soles(frames, frame_seconds, rest_m, foot);
+        let ahead: Vec<f64> = soles
+            .iter()
+            .filter(is_standing)
+            .map(|sole| sole.ahead_y)
+            .collect();
+        if ahead.len() < 10 {
+            return 0.0;
+        }
+        quantile(ahead, 0.5).clamp(-1.0, 1.0).asin()
+    })
 }

@@ -40,23 +40,28 @@ pub fn retarget(
     check_leg("target", target_leg_m)?;
     let scale = target_leg_m / source_leg;
 
-    let flatter = |reference| -> Result<(Vec<Pose>, f64), MotionError> {
+    // Whether the source's feet in the rest pose stand on the floor or turn with spread legs is
+    // not written anywhere: what keeps the soles flatter is right.
+    let mut flattest: Option<(f64, Alignment, Vec<Pose>)> = None;
+    for reference in [SoleReference::Floor, SoleReference::Shin] {
         let alignment = Alignment::new(&source, &target_m, reference)?;
         let frames = source.poses(&alignment, &target_m, scale);
-        let tilt = floor::sole_tilt(&frames, target_joints_m);
-        Ok((frames, tilt))
+        let tilt = floor::sole_tilt(&frames, bvh.frame_seconds, target_joints_m);
+        if flattest.as_ref().is_none_or(|(least, ..)| tilt < *least) {
+            flattest = Some((tilt, alignment, frames));
+        }
+    }
+    let Some((_, mut alignment, frames)) = flattest else {
+        return Err(MotionError::EmptyClip);
     };
-    // Whether the source's feet in the rest pose stand on the floor or turn with the spread legs
-    // is not written anywhere: what keeps the soles flatter on the floor is right.
-    let (frames_floor, tilt_floor) = flatter(SoleReference::Floor)?;
-    let (frames_shin, tilt_shin) = flatter(SoleReference::Shin)?;
-    let mut frames = if tilt_floor <= tilt_shin {
-        frames_floor
-    } else {
-        frames_shin
-    };
-
-    floor::put_on_floor(&mut frames, target_joints_m);
+    // Rest feet are not drawn exactly flat either: standing feet show by how much.
+    alignment.pitch_soles(floor::standing_pitch(
+        &frames,
+        bvh.frame_seconds,
+        target_joints_m,
+    ));
+    let mut frames = source.poses(&alignment, &target_m, scale);
+    floor::put_on_floor(&mut frames, bvh.frame_seconds, target_joints_m);
     let report = JointReport::new(bvh, &mapping, source_leg, scale);
     let clip = Clip {
         name: String::new(),
