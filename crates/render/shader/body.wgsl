@@ -1,12 +1,22 @@
 // Shades a skinned body: cloth and skin told apart by their painted colour, or the heat map.
 
+struct Material {
+    // Two linear colours that every vertex is a mixture of, where `two_tone` is 1.
+    first_linear: vec3<f32>,
+    two_tone: u32,
+    second_linear: vec3<f32>,
+    padding: f32,
+}
+
+@group(1) @binding(7) var<uniform> material: Material;
+
 struct BodyVarying {
     @builtin(position) clip: vec4<f32>,
     @location(0) position_world_m: vec3<f32>,
     @location(1) normal_world: vec3<f32>,
     @location(2) position_rest_m: vec3<f32>,
-    // Colour as painted, sRGB.
-    @location(3) color_srgb: vec3<f32>,
+    // Colour as painted, sRGB, and the share of the material's second colour.
+    @location(3) color: vec4<f32>,
     @location(4) offset_size_m: f32,
 }
 
@@ -28,6 +38,38 @@ fn skin_share(albedo: vec3<f32>) -> f32 {
     let warm = (albedo.r - albedo.b) / max(albedo.r, 1e-3);
     let ordered = smoothstep(0.0, 0.12, (albedo.g - albedo.b) / max(albedo.r, 1e-3));
     return smoothstep(0.30, 0.45, warm) * ordered;
+}
+
+struct Surface {
+    albedo: vec3<f32>,
+    skin_like: f32,
+    // Share of the surrounding light that reaches it past a hem.
+    open: f32,
+}
+
+// The painted surface. Where two colours meet, the edge is where their mixture is even, one pixel
+// wide; beside it the cloth has a darker seam, and its thickness shades the skin.
+fn painted_surface(in: BodyVarying) -> Surface {
+    let interpolated = linear_from_srgb(in.color.rgb);
+    let per_pixel = max(fwidth(in.color.a), 1e-5);
+    let pixel_m = max(length(fwidth(in.position_rest_m)), 1e-6);
+    if material.two_tone == 0u {
+        return Surface(interpolated, skin_share(interpolated), 1.0);
+    }
+    let past_edge = in.color.a - 0.5;
+    let second = clamp(past_edge / per_pixel + 0.5, 0.0, 1.0);
+    let albedo = mix(material.first_linear, material.second_linear, second);
+    let first_skin = skin_share(material.first_linear);
+    let second_skin = skin_share(material.second_linear);
+    // Metres past the edge into the cloth, from how fast the mixture changes here.
+    let into_cloth_m = past_edge / per_pixel * pixel_m * sign(first_skin - second_skin + 1e-6);
+    let seam = smoothstep(0.0045, 0.006, into_cloth_m) * (1.0 - smoothstep(0.006, 0.0075, into_cloth_m));
+    let beside = smoothstep(-0.007, 0.0, into_cloth_m) * (1.0 - smoothstep(0.0, 0.0015, into_cloth_m));
+    return Surface(
+        albedo * (1.0 - 0.35 * seam),
+        mix(first_skin, second_skin, second),
+        1.0 - 0.45 * beside,
+    );
 }
 
 // Knitted cloth: rows of small loops in the rest pose, 2.4 mm wide, fading out with distance
@@ -63,18 +105,21 @@ fn wrapped(cosine: f32, wrap: vec3<f32>) -> vec3<f32> {
     return bent / (1.0 + wrap);
 }
 
+// Diffuse light arrives as radiance times π: this is the exposure over π.
+const EXPOSURE = 0.37;
+
 struct Shading {
     diffuse: vec3<f32>,
     specular: vec3<f32>,
 }
 
 fn studio_light(in: BodyVarying, normal: vec3<f32>, view: vec3<f32>, skin_like: f32) -> Shading {
-    let wrap = mix(vec3<f32>(0.12), vec3<f32>(0.34, 0.18, 0.12), skin_like);
+    let wrap = mix(vec3<f32>(0.12), vec3<f32>(0.27, 0.16, 0.12), skin_like);
     let roughness = mix(0.82, 0.47, skin_like);
     let f0 = mix(0.022, 0.030, skin_like);
 
     let n_key = dot(normal, frame.key_world);
-    let shadow = key_visibility(in.position_world_m, normal, 1.4);
+    let shadow = key_visibility(in.position_world_m, normal, 2.6);
     // Faces turned away are dark by their cosine; the map would cut the bent edge off.
     let key_seen = mix(1.0, shadow, smoothstep(-0.25, 0.12, n_key));
 
@@ -102,13 +147,13 @@ fn fs_body(in: BodyVarying, @builtin(front_facing) front: bool) -> @location(0) 
     let outward = normalize(in.normal_world);
     let normal = select(-outward, outward, front);
     let view = normalize(frame.eye_world_m - in.position_world_m);
-    let painted = linear_from_srgb(in.color_srgb);
-    let texture = knit(in.position_rest_m);
-    let skin_like = select(skin_share(painted), 0.3, frame.heat_on == 1u);
+    let painted = painted_surface(in);
+    let texture = mix(knit(in.position_rest_m), 1.0, painted.skin_like);
+    let skin_like = select(painted.skin_like, 0.3, frame.heat_on == 1u);
     let light = studio_light(in, normal, view, skin_like);
 
-    let cloth = painted * texture;
-    let shaded = tone_mapped(mix(cloth, painted, skin_like) * light.diffuse * 0.40 + light.specular);
+    let diffuse = painted.albedo * texture * painted.open * light.diffuse;
+    let shaded = tone_mapped(EXPOSURE * diffuse + light.specular);
     // The heat map keeps the legend's colours: only brightness follows the light, gently.
     let brightness = dot(light.diffuse, vec3<f32>(0.2126, 0.7152, 0.0722));
     let relief = 0.55 + 0.45 * clamp(brightness * 0.42, 0.0, 1.0);

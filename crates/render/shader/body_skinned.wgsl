@@ -5,7 +5,7 @@ struct SkinnedVertex {
     @location(1) normal_world: vec3<f32>,
     @location(2) position_rest_m: vec3<f32>,
     @location(3) offset_size_m: f32,
-    @location(4) color_srgba: vec4<f32>,
+    @location(4) color: vec4<f32>,
 }
 
 @vertex
@@ -15,7 +15,7 @@ fn vs_body(in: SkinnedVertex) -> BodyVarying {
     out.position_world_m = in.position_world_m;
     out.normal_world = in.normal_world;
     out.position_rest_m = in.position_rest_m;
-    out.color_srgb = in.color_srgba.rgb;
+    out.color = in.color;
     out.offset_size_m = in.offset_size_m;
     return out;
 }

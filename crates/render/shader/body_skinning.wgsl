@@ -6,7 +6,7 @@ struct RestVertex {
     @location(2) joints: vec4<u32>,
     @location(3) weights: vec4<f32>,
     @location(4) offset_size_m: f32,
-    @location(5) color_srgba: vec4<f32>,
+    @location(5) color: vec4<f32>,
 }
 
 @vertex
@@ -17,7 +17,7 @@ fn vs_body(in: RestVertex) -> BodyVarying {
     out.normal_world = skinned_normal(world_from_rest, in.normal_rest);
     out.clip = frame.clip_from_world * vec4<f32>(out.position_world_m, 1.0);
     out.position_rest_m = in.position_rest_m;
-    out.color_srgb = in.color_srgba.rgb;
+    out.color = in.color;
     out.offset_size_m = in.offset_size_m;
     return out;
 }

@@ -15,7 +15,7 @@ fn key_visibility(position_world_m: vec3<f32>, normal_world: vec3<f32>, spread_t
     // Pushing the point out along its normal keeps slanted faces from shading themselves.
     let slant = 1.0 - clamp(dot(normal_world, frame.key_world), 0.0, 1.0);
     let lifted_m = position_world_m
-        + normal_world * frame.shadow_texel_m * (1.0 + 2.5 * slant) * max(spread_texels, 1.0);
+        + normal_world * frame.shadow_texel_m * spread_texels * (0.7 + 1.6 * slant);
     let clip = frame.shadow_from_world * vec4<f32>(lifted_m, 1.0);
     let center = clip.xy * vec2<f32>(0.5, -0.5) + 0.5;
     // The floor may lie beyond the fitted depth range: whatever the map holds is in front of it.

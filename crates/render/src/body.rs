@@ -1,12 +1,11 @@
 //! One body on the GPU.
 
-use std::sync::Arc;
-
 use glam::Mat4;
 
 use crate::{
     BodyMesh, Gpu, RenderError, SkinningPath, check,
-    gpu_data::{JOINT_COUNT, SKIN_WORKGROUP, SkinUniform},
+    gpu_data::{JOINT_COUNT, MaterialUniform, SKIN_WORKGROUP, SkinUniform},
+    paint::Paint,
     parts::{RestParts, WorldPart},
     pipelines::Pipelines,
 };
@@ -38,9 +37,10 @@ pub(crate) struct Body {
     joints: wgpu::Buffer,
     weights: wgpu::Buffer,
     matrices: wgpu::Buffer,
-    skin_group: wgpu::BindGroup,
-    /// Skinned positions and normals; none where the vertex stage skins.
-    skinned: Option<(Arc<wgpu::Buffer>, wgpu::Buffer)>,
+    /// What the drawing stages bind: material and, where the vertex stage skins, the matrices.
+    draw_group: wgpu::BindGroup,
+    /// None where the vertex stage skins.
+    skinned: Option<Skinned>,
     world_from_rest: [Mat4; JOINT_COUNT],
     parts: RestParts,
     /// Lengths of offset vectors, kept to spare an allocation per frame.
@@ -50,6 +50,14 @@ pub(crate) struct Body {
     stale: bool,
     /// Whether a surface was ever set: before, there is nothing to draw.
     has_surface: bool,
+}
+
+/// What the skinning pass writes.
+#[derive(Debug)]
+struct Skinned {
+    positions: wgpu::Buffer,
+    normals: wgpu::Buffer,
+    group: wgpu::BindGroup,
 }
 
 impl Body {
@@ -93,47 +101,50 @@ impl Body {
         let joints = buffer("skin joints", vertex_count * 4, read)?;
         let weights = buffer("skin weights", vertex_count * 16, read)?;
         let matrices = buffer("skin matrices", size_of::<SkinUniform>(), Usage::UNIFORM)?;
-        let skinned = if compute {
-            let positions = buffer(
-                "skinned positions",
-                vertex_count * 12,
-                read | Usage::COPY_SRC,
-            )?;
-            Some((
-                Arc::new(positions),
-                buffer("skinned normals", vertex_count * 12, read)?,
-            ))
-        } else {
-            None
+        let material = buffer("material", size_of::<MaterialUniform>(), Usage::UNIFORM)?;
+        let (skinned, draw_group) = match &pipelines.skin {
+            Some(skin) => {
+                let positions = buffer(
+                    "skinned positions",
+                    vertex_count * 12,
+                    read | Usage::COPY_SRC,
+                )?;
+                let normals = buffer("skinned normals", vertex_count * 12, read)?;
+                let bound = [
+                    (0, &matrices),
+                    (1, &positions_rest_m),
+                    (2, &normals_rest),
+                    (3, &joints),
+                    (4, &weights),
+                    (5, &positions),
+                    (6, &normals),
+                ];
+                let pass_group = bind_group(gpu, "skinning pass", &skin.layout, &bound);
+                let draw_group = bind_group(gpu, "body", &pipelines.draw_layout, &[(7, &material)]);
+                (
+                    Some(Skinned {
+                        positions,
+                        normals,
+                        group: pass_group,
+                    }),
+                    draw_group,
+                )
+            }
+            None => {
+                let bound = [(0, &matrices), (7, &material)];
+                (
+                    None,
+                    bind_group(gpu, "body", &pipelines.draw_layout, &bound),
+                )
+            }
         };
 
-        let mut bound = vec![&matrices];
-        if let Some((positions, normals)) = &skinned {
-            bound.extend([
-                &positions_rest_m,
-                &normals_rest,
-                &joints,
-                &weights,
-                positions,
-                normals,
-            ]);
-        }
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
-            .zip(&bound)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let skin_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("skin"),
-            layout: &pipelines.skin_layout,
-            entries: &entries,
-        });
-
+        let paint = Paint::new(mesh);
+        gpu.queue
+            .write_buffer(&material, 0, bytemuck::bytes_of(&paint.material));
         gpu.queue
             .write_buffer(&indices, 0, bytemuck::cast_slice(mesh.faces));
-        gpu.queue.write_buffer(&colors, 0, &mesh.colors_or_plain());
+        gpu.queue.write_buffer(&colors, 0, &paint.colors);
         gpu.queue.write_buffer(&joints, 0, mesh.skin_joints);
         gpu.queue
             .write_buffer(&weights, 0, bytemuck::cast_slice(mesh.skin_weights));
@@ -148,7 +159,7 @@ impl Body {
             joints,
             weights,
             matrices,
-            skin_group,
+            draw_group,
             skinned,
             world_from_rest: [Mat4::IDENTITY; JOINT_COUNT],
             parts: RestParts::new(mesh.dominant_joints()),
@@ -227,61 +238,75 @@ impl Body {
     }
 
     /// Skins in a pass that has the frame bound, unless nothing changed.
-    pub fn skin(&mut self, pass: &mut wgpu::ComputePass<'_>, pipeline: &wgpu::ComputePipeline) {
-        if std::mem::take(&mut self.stale) {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(1, &self.skin_group, &[]);
+    pub fn skin(&mut self, pass: &mut wgpu::ComputePass<'_>) {
+        if let Some(skinned) = &self.skinned
+            && std::mem::take(&mut self.stale)
+        {
+            pass.set_bind_group(1, &skinned.group, &[]);
             pass.dispatch_workgroups((self.vertex_count as u32).div_ceil(SKIN_WORKGROUP), 1, 1);
         }
     }
 
     /// Skinned positions, `[V][3]` floats; none where the vertex stage skins.
-    pub fn skinned_positions(&self) -> Option<&Arc<wgpu::Buffer>> {
-        self.skinned.as_ref().map(|(positions, _)| positions)
+    pub fn skinned_positions(&self) -> Option<&wgpu::Buffer> {
+        self.skinned.as_ref().map(|skinned| &skinned.positions)
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_bind_group(1, &self.draw_group, &[]);
+        let rest = &self.positions_rest_m;
+        let sizes = &self.offset_sizes_m;
         match &self.skinned {
-            Some((positions, normals)) => self.draw_with(
-                pass,
-                &[
-                    positions,
-                    normals,
-                    &self.positions_rest_m,
-                    &self.offset_sizes_m,
-                    &self.colors,
-                ],
-            ),
-            None => self.draw_with(
-                pass,
-                &[
-                    &self.positions_rest_m,
-                    &self.normals_rest,
-                    &self.joints,
-                    &self.weights,
-                    &self.offset_sizes_m,
-                    &self.colors,
-                ],
-            ),
+            Some(Skinned {
+                positions, normals, ..
+            }) => {
+                self.draw_with(pass, &[positions, normals, rest, sizes, &self.colors]);
+            }
+            None => {
+                let (normals, joints, weights) = (&self.normals_rest, &self.joints, &self.weights);
+                self.draw_with(pass, &[rest, normals, joints, weights, sizes, &self.colors]);
+            }
         }
     }
 
     pub fn draw_shadow(&self, pass: &mut wgpu::RenderPass<'_>) {
         match &self.skinned {
-            Some((positions, _)) => self.draw_with(pass, &[positions]),
-            None => self.draw_with(pass, &[&self.positions_rest_m, &self.joints, &self.weights]),
+            Some(skinned) => self.draw_with(pass, &[&skinned.positions]),
+            None => {
+                pass.set_bind_group(1, &self.draw_group, &[]);
+                self.draw_with(pass, &[&self.positions_rest_m, &self.joints, &self.weights]);
+            }
         }
     }
 
     /// Draws from buffers in the pipeline's order of slots.
     fn draw_with(&self, pass: &mut wgpu::RenderPass<'_>, buffers: &[&wgpu::Buffer]) {
-        if self.skinned.is_none() {
-            pass.set_bind_group(1, &self.skin_group, &[]);
-        }
         for (slot, buffer) in (0..).zip(buffers) {
             pass.set_vertex_buffer(slot, buffer.slice(..));
         }
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);
     }
+}
+
+/// A bind group of whole buffers at the given bindings.
+fn bind_group(
+    gpu: &Gpu,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &[(u32, &wgpu::Buffer)],
+) -> wgpu::BindGroup {
+    let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
+        .iter()
+        .map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding: *binding,
+            resource: buffer.as_entire_binding(),
+        })
+        .collect();
+    let descriptor = wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout,
+        entries: &entries,
+    };
+    gpu.device.create_bind_group(&descriptor)
 }

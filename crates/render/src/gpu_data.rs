@@ -47,6 +47,28 @@ const _: () = assert!(
     size_of::<FrameUniform>() == 128 + 6 * 16 + 2 * 16 + 16 * HEAT_STOPS + 16 * MAX_OCCLUDERS
 );
 
+/// `Material` of `shader/body.wgsl`; the fields' meaning stands there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct MaterialUniform {
+    pub first_linear: [f32; 3],
+    pub two_tone: u32,
+    pub second_linear: [f32; 3],
+    pub padding: f32,
+}
+
+const _: () = assert!(size_of::<MaterialUniform>() == 32);
+
+impl MaterialUniform {
+    /// Colours as they are painted.
+    pub const PLAIN: Self = Self {
+        first_linear: [0.0; 3],
+        two_tone: 0,
+        second_linear: [0.0; 3],
+        padding: 0.0,
+    };
+}
+
 /// `SkinMatrices` of `shader/skin.wgsl`: column-major.
 pub(crate) type SkinUniform = [[f32; 16]; JOINT_COUNT];
 
@@ -97,6 +119,9 @@ mod tests {
                 "{member}"
             );
         }
+        let second = offset_of!(MaterialUniform, second_linear);
+        let material = layout(Shader::BODY_SKINNED, "Material", "second_linear");
+        assert_eq!(material, (size_of::<MaterialUniform>(), second));
         let skin = layout(Shader::SKIN, "SkinMatrices", "world_from_rest");
         assert_eq!(skin, (size_of::<SkinUniform>(), 0));
     }

@@ -19,6 +19,7 @@ mod gpu;
 mod gpu_data;
 mod heat;
 mod mesh;
+mod paint;
 mod parts;
 mod pipelines;
 mod readback;

@@ -15,12 +15,10 @@ pub struct BodyMesh<'a> {
     pub skin_joints: &'a [u8],
     /// Weights of those joints, non-negative, summing to 1 per vertex, `[V][4]` flattened.
     pub skin_weights: &'a [f32],
-    /// Painted colours, sRGB and opacity (ignored), `[V][4]` flattened; empty for a plain body.
+    /// Painted colours, sRGB and opacity (ignored), `[V][4]` flattened; empty for a plain body. A
+    /// body in two colours and their mixtures is drawn with a sharp edge between them.
     pub colors_srgba: &'a [u8],
 }
-
-/// Colour of a body that brings none: the light grey of a shop mannequin.
-const PLAIN_SRGBA: [u8; 4] = [178, 180, 184, 255];
 
 /// How far from 1 a vertex's weights may sum: files store them rounded.
 const WEIGHT_SUM_TOLERANCE: f32 = 2e-3;
@@ -74,15 +72,6 @@ impl BodyMesh<'_> {
         Ok(())
     }
 
-    /// Painted colours, or the plain colour for every vertex.
-    pub(crate) fn colors_or_plain(&self) -> Vec<u8> {
-        if self.colors_srgba.is_empty() {
-            PLAIN_SRGBA.repeat(self.vertex_count())
-        } else {
-            self.colors_srgba.to_vec()
-        }
-    }
-
     /// The joint that weighs most on each vertex.
     pub(crate) fn dominant_joints(&self) -> Vec<u8> {
         let joints = self.skin_joints.as_chunks::<4>().0;
@@ -129,7 +118,6 @@ mod tests {
     fn a_sound_mesh_passes_and_knows_its_heaviest_joints() {
         MESH.validate().unwrap();
         assert_eq!(MESH.dominant_joints(), [0, 2, 23]);
-        assert_eq!(MESH.colors_or_plain().len(), 12);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::{
     Gpu, Shader, SkinningPath,
-    gpu_data::{FrameUniform, SkinUniform},
+    gpu_data::{FrameUniform, MaterialUniform, SkinUniform},
     targets::DEPTH_FORMAT,
 };
 
@@ -13,14 +13,37 @@ pub(crate) struct Pipelines {
     pub frame_layout: wgpu::BindGroupLayout,
     /// Frame uniform, shadow map and its sampler: for the picture.
     pub scene_layout: wgpu::BindGroupLayout,
-    /// Skin matrices, and for the compute pass the buffers it reads and writes.
-    pub skin_layout: wgpu::BindGroupLayout,
+    /// A body's material and, where the vertex stage skins, its matrices.
+    pub draw_layout: wgpu::BindGroupLayout,
     /// None where the vertex stage skins.
-    pub skin: Option<wgpu::ComputePipeline>,
+    pub skin: Option<SkinPass>,
     pub shadow: wgpu::RenderPipeline,
     pub backdrop: wgpu::RenderPipeline,
     pub floor: wgpu::RenderPipeline,
     pub body: wgpu::RenderPipeline,
+}
+
+/// The skinning pass.
+#[derive(Debug)]
+pub(crate) struct SkinPass {
+    /// Matrices, and the buffers that the pass reads and writes.
+    pub layout: wgpu::BindGroupLayout,
+    pub pipeline: wgpu::ComputePipeline,
+}
+
+impl SkinPass {
+    fn new(device: &wgpu::Device, frame_layout: &wgpu::BindGroupLayout) -> Self {
+        let layout = bind_group_layout(device, "skinning pass", &compute_entries());
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("skin"),
+            layout: Some(&pipeline_layout(device, frame_layout, Some(&layout))),
+            module: &Shader::SKIN.module(device),
+            entry_point: Some("skin_vertices"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        Self { layout, pipeline }
+    }
 }
 
 /// Format and shader location of a vertex buffer with one attribute.
@@ -61,33 +84,22 @@ impl Pipelines {
         let compute = gpu.skinning() == SkinningPath::Compute;
         let frame_layout = bind_group_layout(device, "frame", &[frame_entry()]);
         let scene_layout = bind_group_layout(device, "scene", &scene_entries());
-        let matrices =
-            uniform::<SkinUniform>(0, wgpu::ShaderStages::VERTEX | wgpu::ShaderStages::COMPUTE);
-        let skin_layout = if compute {
-            bind_group_layout(device, "skinning pass", &compute_entries(matrices))
+        let material = uniform::<MaterialUniform>(7, wgpu::ShaderStages::FRAGMENT);
+        let draw_layout = if compute {
+            bind_group_layout(device, "body", &[material])
         } else {
-            bind_group_layout(device, "skin matrices", &[matrices])
+            let matrices = uniform::<SkinUniform>(0, wgpu::ShaderStages::VERTEX);
+            bind_group_layout(device, "body", &[matrices, material])
         };
-        // Vertex stages over skinned buffers need no matrices.
-        let drawn_skin = (!compute).then_some(&skin_layout);
-
-        let skin = compute.then(|| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("skin"),
-                layout: Some(&pipeline_layout(device, &frame_layout, Some(&skin_layout))),
-                module: &Shader::SKIN.module(device),
-                entry_point: Some("skin_vertices"),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        });
+        // Over skinned buffers the shadow needs nothing of the body.
+        let shadow_body = (!compute).then_some(&draw_layout);
         let shadow = Stage {
             shader: if compute {
                 Shader::SHADOW_SKINNED
             } else {
                 Shader::SHADOW_SKINNING
             },
-            layout: &pipeline_layout(device, &frame_layout, drawn_skin),
+            layout: &pipeline_layout(device, &frame_layout, shadow_body),
             vertex: "vs_shadow",
             fragment: None,
             attributes: if compute {
@@ -125,7 +137,7 @@ impl Pipelines {
             } else {
                 Shader::BODY_SKINNING
             },
-            layout: &pipeline_layout(device, &scene_layout, drawn_skin),
+            layout: &pipeline_layout(device, &scene_layout, Some(&draw_layout)),
             vertex: "vs_body",
             fragment: Some(("fs_body", format)),
             attributes: if compute {
@@ -142,10 +154,10 @@ impl Pipelines {
             backdrop: backdrop.pipeline(device),
             floor: floor.pipeline(device),
             body: body.pipeline(device),
-            frame_layout,
             scene_layout,
-            skin_layout,
-            skin,
+            draw_layout,
+            skin: compute.then(|| SkinPass::new(device, &frame_layout)),
+            frame_layout,
         }
     }
 }
@@ -288,11 +300,11 @@ fn scene_entries() -> [wgpu::BindGroupLayoutEntry; 3] {
     [frame_entry(), fragment(1, shadow_map), fragment(2, sampler)]
 }
 
-/// Bindings of `shader/skin_compute.wgsl`: four buffers read, then two written.
-fn compute_entries(matrices: wgpu::BindGroupLayoutEntry) -> [wgpu::BindGroupLayoutEntry; 7] {
+/// Bindings of `shader/skin_compute.wgsl`: the matrices, four buffers read, two written.
+fn compute_entries() -> [wgpu::BindGroupLayoutEntry; 7] {
     std::array::from_fn(|idx| {
         if idx == 0 {
-            return matrices;
+            return uniform::<SkinUniform>(0, wgpu::ShaderStages::COMPUTE);
         }
         wgpu::BindGroupLayoutEntry {
             binding: idx as u32,

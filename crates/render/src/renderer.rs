@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use glam::Mat4;
 
 use crate::{
-    BodyMesh, Camera, DeviceLost, Gpu, OffsetSizes, PixelSize, RenderError, SkinningPath,
+    BodyMesh, Camera, DeviceLost, Gpu, OffsetSizes, PixelSize, RenderError,
     body::Body,
     check,
     gpu_data::{DISC_SEGMENTS, FrameUniform, HEAT_STOPS, JOINT_COUNT},
@@ -454,14 +454,14 @@ impl Renderer {
     }
 
     fn encode_skinning(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        let Some(pipeline) = &self.pipelines.skin else {
-            debug_assert_eq!(self.gpu.skinning(), SkinningPath::VertexStage);
+        let Some(skin) = &self.pipelines.skin else {
             return;
         };
         let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&skin.pipeline);
         pass.set_bind_group(0, &self.frame_group, &[]);
         for body in self.bodies.values_mut() {
-            body.skin(&mut pass, pipeline);
+            body.skin(&mut pass);
         }
     }
 
