@@ -33,8 +33,8 @@ const STAGES = {
   predict: "predict",
   decode: "decode",
   apply: "apply + normals",
-  upload: "skin + upload",
-  render: "render (submit)",
+  upload: "upload",
+  render: "skin + draw (submit)",
 } as const;
 
 /** A stage of a frame. */
