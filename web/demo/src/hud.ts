@@ -75,7 +75,10 @@ export class Hud {
     this.#shownAt = now;
     const rows = this.#rows().flatMap((row) =>
       row
-        ? [create("dt", { textContent: row[0] }), create("dd", { textContent: row[1], title: row[1] })]
+        ? [
+            create("dt", { textContent: row[0] }),
+            create("dd", { textContent: row[1], title: row[1] }),
+          ]
         : [create("div", { className: "group" })],
     );
     byId("hud-rows").replaceChildren(...rows);
