@@ -80,18 +80,6 @@ export function playwrightResults(path) {
   };
 }
 
-/** A script that ends with the plain closing line. */
-export function plainResults(output) {
-  const found = /^(\d+) passed, (\d+) failed(?:, (\d+) skipped)?$/m.exec(output);
-  if (!found) throw new Error("The script printed no line `N passed, N failed, N skipped`.");
-  return {
-    passed: +found[1],
-    failed: +found[2],
-    skipped: +(found[3] ?? 0),
-    skippedNames: [...output.matchAll(/^skipped: (.+)$/gm)].map((match) => match[1]),
-  };
-}
-
 function readReport(path) {
   if (!existsSync(path)) throw new Error(`The test runner wrote no report at ${path}.`);
   return JSON.parse(readFileSync(path, "utf8"));

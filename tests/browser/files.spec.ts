@@ -65,7 +65,7 @@ async function compareAtPeak(page: Page, largestM: number[], name: string): Prom
     await page.evaluate(
       ([time, on]) => {
         const demo = window.dynaskinDemo;
-        if (demo?.avatar) demo.avatar.dynamics = on;
+        if (demo?.avatar) demo.avatar.strength = on ? 1 : 0;
         demo?.seek(time);
       },
       [(peak + 1) / 60, dynamics] as const,

@@ -28,12 +28,12 @@ export default defineConfig({
   testDir: ".",
   // One page at a time: software rendering takes all the cores there are.
   workers: 1,
-  timeout: 180_000,
+  timeout: 300_000,
   expect: { timeout: 30_000 },
   forbidOnly: Boolean(process.env.CI),
   reporter: process.env.PLAYWRIGHT_JSON_OUTPUT_FILE ? [["list"], ["json"]] : "list",
   outputDir: `${ROOT}/test-results/browser`,
-  use: { viewport: { width: 1280, height: 800 }, baseURL: DEMO_URL },
+  use: { viewport: { width: 1000, height: 640 }, baseURL: DEMO_URL },
   projects: [
     {
       name: "webgl2",

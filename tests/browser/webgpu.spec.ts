@@ -11,7 +11,7 @@ test("draws the body with WebGPU, and dynamics change the picture", async ({ pag
   const at = async (dynamics: boolean) => {
     await page.evaluate((on) => {
       const demo = window.dynaskinDemo;
-      if (demo?.avatar) demo.avatar.dynamics = on;
+      if (demo?.avatar) demo.avatar.strength = on ? 1 : 0;
       demo?.seek(2);
     }, dynamics);
     await page.waitForTimeout(500);

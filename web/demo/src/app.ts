@@ -1,12 +1,4 @@
-import {
-  type Avatar,
-  type Body,
-  type DynaSkinError,
-  load,
-  type Model,
-  Motion,
-  type RegionName,
-} from "dynaskin";
+import { type Avatar, type Body, load, type Model, Motion, type RegionName } from "dynaskin";
 import { describeModel } from "./about.js";
 import { byId } from "./dom.js";
 import { Hud } from "./hud.js";
@@ -42,6 +34,8 @@ export class App {
   #loads = 0;
   #lastFrame: number | null = null;
   #failed = false;
+  /** Whether the picture is no longer what the settings say; a paused page draws only then. */
+  #stale = true;
 
   constructor(settings: Settings, view: View, loading: LoadingBar) {
     this.settings = settings;
@@ -68,8 +62,8 @@ export class App {
         this.#gains.set(region, gain);
         this.#withAvatar(() => {});
       },
-      stepFrame: () => this.#playback?.step(),
-      seek: (timeSeconds) => this.#playback?.seek(timeSeconds),
+      stepFrame: () => this.#changed(() => this.#playback?.step()),
+      seek: (timeSeconds) => this.#changed(() => this.#playback?.seek(timeSeconds)),
       resetView: () => view.camera.reset(),
       copyHud: () => this.#copyHud(),
     });
@@ -134,6 +128,7 @@ export class App {
       const motion = Motion.fromBvh(bytes, this.#avatar);
       this.#file = { name: file.name, bytes };
       this.#playback?.setMotion(motion);
+      this.#stale = true;
       this.#panel.addFileMotion(file.name);
       showFileReport(file.name, motion);
       this.#announce();
@@ -144,6 +139,7 @@ export class App {
   }
 
   #show(body: Body, avatar: Avatar): void {
+    this.#stale = true;
     const motion = this.#makeMotion(avatar);
     if (body !== this.#body) this.#view.setBody(body);
     const before = this.#avatar;
@@ -202,9 +198,8 @@ export class App {
 
   /** Gives an avatar the settings that are its own. */
   #tune(avatar: Avatar): void {
-    // An avatar without networks stays plain.
-    if (this.#model) avatar.dynamics = this.settings.dynamics;
-    avatar.strength = this.#strength;
+    // The networks run on, so that both states of the same moment can be compared.
+    avatar.strength = this.settings.dynamics ? this.#strength : 0;
     for (const [region, gain] of this.#gains) avatar.setRegionGain(region, gain);
   }
 
@@ -216,6 +211,7 @@ export class App {
 
   /** Carries a change out and puts it into the page's address. */
   #changed(work: () => void): void {
+    this.#stale = true;
     try {
       work();
     } catch (error) {
@@ -225,6 +221,7 @@ export class App {
   }
 
   #withAvatar(work: (avatar: Avatar) => void): void {
+    this.#stale = true;
     if (!this.#avatar) return;
     work(this.#avatar);
     this.#tune(this.#avatar);
@@ -246,24 +243,28 @@ export class App {
     const elapsed = this.#lastFrame === null ? 0 : now - this.#lastFrame;
     this.#lastFrame = now;
     if (document.hidden || this.#failed) return;
+    this.hud.show(now);
+    if (this.#playback?.paused && !this.#stale && !this.#view.isStale) return;
     if (elapsed > 0) this.hud.addInterval(elapsed);
     try {
       this.draw(elapsed / 1000);
     } catch (error) {
       this.#failed = true;
-      showError("The picture stopped; reload the page to start again", error as DynaSkinError);
+      showError("The picture stopped; reload the page to start again", error);
     }
-    this.hud.show(now);
   }
 
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
+    this.#stale = false;
     const playback = this.#playback;
     if (playback) {
       playback.frame(elapsedSeconds);
       this.#addTimings(playback.avatar);
       const [x = 0, , z = 0] = playback.pose;
-      this.#view.camera.follow(x, z, 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds));
+      // A jump in time takes the camera along.
+      const share = elapsedSeconds === 0 ? 1 : 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds);
+      this.#view.camera.follow(x, z, share);
       this.#timed("upload", () => this.#view.upload(playback.avatar));
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }

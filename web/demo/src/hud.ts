@@ -33,8 +33,8 @@ const STAGES = {
   predict: "predict",
   decode: "decode",
   apply: "apply + normals",
-  upload: "skin + upload",
-  render: "render (submit)",
+  upload: "upload",
+  render: "skin + draw (submit)",
 } as const;
 
 /** A stage of a frame. */
@@ -75,7 +75,10 @@ export class Hud {
     this.#shownAt = now;
     const rows = this.#rows().flatMap((row) =>
       row
-        ? [create("dt", { textContent: row[0] }), create("dd", { textContent: row[1] })]
+        ? [
+            create("dt", { textContent: row[0] }),
+            create("dd", { textContent: row[1], title: row[1] }),
+          ]
         : [create("div", { className: "group" })],
     );
     byId("hud-rows").replaceChildren(...rows);

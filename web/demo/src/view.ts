@@ -39,6 +39,8 @@ export class View {
   readonly #renderer: Renderer;
   readonly #darkScheme = matchMedia("(prefers-color-scheme: dark)");
   #body: BodyHandle | null = null;
+  /** Everything the last picture depended on, apart from the body. */
+  #drawn = "";
 
   private constructor(canvas: HTMLCanvasElement, renderer: Renderer) {
     this.#canvas = canvas;
@@ -92,8 +94,23 @@ export class View {
     this.#body?.update(avatar);
   }
 
+  /** Whether the camera, the window or the colour scheme has changed since the last picture. */
+  get isStale(): boolean {
+    return this.#drawn !== this.#state;
+  }
+
+  get #state(): string {
+    const { camera } = this;
+    const { clientWidth, clientHeight } = this.#canvas;
+    const scheme = this.#darkScheme.matches;
+    // A tenth of a millimetre and of a milliradian is nothing to see.
+    const view = [...camera.eyeWorldM, ...camera.targetWorldM].map((value) => value.toFixed(4));
+    return [...view, clientWidth, clientHeight, devicePixelRatio, scheme].join(" ");
+  }
+
   /** Draws. */
   draw(): void {
+    this.#drawn = this.#state;
     const fovYRadians = this.#fovYRadians;
     // Pixels of the canvas to metres at the body.
     const height = Math.max(1, this.#canvas.clientHeight);

@@ -16,6 +16,8 @@ export interface StepTimings {
   decodeMs: number;
   /** Gains, limits, positions and normals. */
   applyMs: number;
+  /** Whether the tissue was settled anew: at the first step, after a jump of the pose or a stall. */
+  settled: boolean;
 }
 
 /** The surface after skinning, in the world. */
@@ -66,8 +68,9 @@ export class Avatar {
   /**
    * Moves the avatar to `pose`, `dtSeconds` after the last step, and lets the tissue follow.
    *
-   * The tissue has its own 60 Hz clock, so any display rate gives the same motion. The first step,
-   * a jump of the pose and a long pause start with settled tissue.
+   * The tissue has its own 60 Hz clock, so any display rate gives the same motion; it lies one
+   * sixtieth of a second behind the skeleton. The first step, a jump of the pose and a long pause
+   * start with settled tissue.
    *
    * @param pose - see {@link Pose}
    * @param dtSeconds - time since the last step in seconds (not milliseconds); 0 only re-poses
@@ -120,9 +123,9 @@ export class Avatar {
   /**
    * Gives the avatar another shape; its tissue settles.
    *
-   * @param shape - 10 coefficients in standard deviations, the first of which is stature
-   * @throws DynaSkinError `argument` for a wrong length, `shape` for numbers that are not finite;
-   *   the avatar then keeps its shape
+   * @param shape - 10 coefficients in standard deviations, -5 to 5; the first is stature
+   * @throws DynaSkinError `argument` for a wrong length, `shape` for numbers out of range or not
+   *   finite; the avatar then keeps its shape
    */
   setShape(shape: ArrayLike<number>): void {
     checkLength("shape", shape, SHAPE_LENGTH);
@@ -130,9 +133,10 @@ export class Avatar {
   }
 
   /**
-   * Whether the networks move the skin. Off, the avatar is plain linear blend skinning and costs
-   * nothing; switching back on starts with settled tissue. Always off on an avatar of a
-   * {@link Body}, which has no networks.
+   * Whether the networks run. Off, the avatar is plain linear blend skinning and costs nothing;
+   * switching back on starts with settled tissue. To compare the same moment with and without
+   * tissue, set {@link strength} to 0 instead. Always off on an avatar of a {@link Body}, which has
+   * no networks.
    */
   get dynamics(): boolean {
     return guard(() => this.raw.dynamics);
@@ -144,7 +148,10 @@ export class Avatar {
     });
   }
 
-  /** Factor on all offsets; 1 is as predicted. */
+  /**
+   * Factor on all offsets, 0 to 4; 1 is as predicted. Takes effect at once, also between steps.
+   * Other numbers throw `argument`.
+   */
   get strength(): number {
     return guard(() => this.raw.strength);
   }
@@ -158,7 +165,7 @@ export class Avatar {
   /**
    * Factor on the offsets of one region, blended at its border; 1 is as predicted.
    *
-   * @throws DynaSkinError `argument` for an unknown region or a factor that is not finite
+   * @throws DynaSkinError `argument` for an unknown region or a factor outside 0 to 4
    */
   setRegionGain(region: RegionName, factor: number): void {
     const idx = REGION_NAMES.indexOf(region);
@@ -176,10 +183,9 @@ export class Avatar {
 
   /** What the last {@link step} cost. */
   get timings(): StepTimings {
-    const [ticks = 0, featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0] = guard(() =>
-      this.raw.timings(),
-    );
-    return { ticks, featuresMs, predictMs, decodeMs, applyMs };
+    const [ticks = 0, featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0, settled = 0] =
+      guard(() => this.raw.timings());
+    return { ticks, featuresMs, predictMs, decodeMs, applyMs, settled: settled !== 0 };
   }
 
   /** Frees the avatar's memory. May be called again; anything else throws `disposed` afterwards. */
