@@ -62,14 +62,6 @@ impl Tissue {
     }
 }
 
-impl SimSettings {
-    /// The settings as JSON, as they stand in a clip's metadata.
-    pub fn to_json(&self) -> String {
-        // Numbers and structs always serialise; the map keys are all strings.
-        serde_json::to_string(self).unwrap_or_default()
-    }
-}
-
 impl Default for SimSettings {
     fn default() -> Self {
         Self {

@@ -52,6 +52,8 @@ pub struct ClipLabels {
     pub seed: u64,
     /// Shape coefficients β of the shell.
     pub shape: [f32; SHAPE_COUNT],
+    /// How it was simulated, as JSON.
+    pub sim_json: String,
 }
 
 /// A simulated clip and how it went.
@@ -91,7 +93,7 @@ pub fn simulate_clip(
                     body_sha256: labels.body_sha256,
                     rate_hz: MODEL_RATE_HZ,
                     seed: labels.seed,
-                    sim_json: settings.to_json(),
+                    sim_json: labels.sim_json,
                     shape: labels.shape,
                     vertices: shell.vertices().to_vec(),
                     poses: clip.frames.clone(),

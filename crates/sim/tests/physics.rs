@@ -234,6 +234,7 @@ fn labels() -> ClipLabels {
         body_sha256: String::new(),
         seed: 1,
         shape: [0.0; 10],
+        sim_json: "{}".to_owned(),
     }
 }
 
