@@ -19,7 +19,7 @@ pub use run::{
     HELD_OUT_SHAPES, Job, JobReport, Motion, Outcome, Run, RunError, TRAINING_SHAPES, captures,
     execute, procedurals,
 };
-pub use settings::{SimSettings, Tissue};
+pub use settings::{SettingsError, SimSettings, Tissue};
 pub use shell::{Shell, ShellError, ShellReport, Surface, soft_vertices};
 pub use simulate::{ClipLabels, SimError, Simulated, simulate_clip};
 pub use solver::{Solver, Unstable};

@@ -3,22 +3,24 @@
 use dynaskin_body::SHAPE_COUNT;
 use sha2::{Digest as _, Sha256};
 
-/// Shapes to train on, spread over the shape space; the first is the mean body.
+/// Shapes to train on, spread over the shape space of the default bodies, whose first coefficient
+/// is stature, the second fat and the fifth and sixth mostly the chest: mean, heavy, lean, tall,
+/// short, large chest, small chest, and one in between.
 pub const TRAINING_SHAPES: [[f32; SHAPE_COUNT]; 8] = [
     [0.0; SHAPE_COUNT],
-    [0.3, 1.6, -0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [-0.4, -1.5, 0.3, -0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [0.8, 0.4, 1.6, -0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [-0.8, 0.2, -1.6, 0.4, -0.4, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [0.2, -0.6, 0.5, 1.6, 0.8, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [-0.2, 0.8, -0.3, -1.6, 0.9, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [1.4, 1.0, 0.8, 0.2, -1.2, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.3, 1.8, 0.5, 0.0, -0.3, 0.2, 0.0, 0.4, 0.0, 0.0],
+    [-0.4, -1.5, -0.6, 0.3, 0.2, 0.0, 0.5, 0.0, 0.0, 0.0],
+    [1.3, 0.2, 1.5, -0.6, 0.3, 0.3, -0.4, 0.0, 0.5, 0.0],
+    [-1.3, 0.4, -1.3, 0.8, -0.2, 0.3, 0.0, -0.5, 0.0, 0.4],
+    [0.2, 0.5, 0.3, 0.4, 1.7, -1.3, 0.3, 0.0, -0.4, 0.0],
+    [-0.2, 0.3, 0.0, -0.5, -1.5, 1.2, 0.0, 0.3, 0.0, -0.4],
+    [0.6, -0.7, 0.8, 1.5, 0.7, 0.1, -0.3, -0.3, 0.0, 0.0],
 ];
 
-/// Shapes never trained on: one inside the range of the training shapes, one outside.
+/// Shapes never trained on: one inside the range of the training shapes, one heavier than all.
 pub const HELD_OUT_SHAPES: [[f32; SHAPE_COUNT]; 2] = [
-    [0.4, 0.8, -0.5, 0.6, -0.3, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [-0.5, 2.0, 1.0, -0.8, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.3, 0.9, -0.4, 0.5, -0.6, 0.4, 0.2, 0.0, 0.0, 0.0],
+    [-0.6, 2.4, 0.6, -0.8, 0.7, -0.5, 0.0, 0.0, 0.0, 0.0],
 ];
 
 /// Different training shapes below `available` for a clip, and for every fourth clip one held-out
