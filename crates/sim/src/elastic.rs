@@ -14,7 +14,7 @@ const VOLUME_CAP: f32 = 0.5;
 /// Largest strain measure `tr(FᵀF) - 3` that still stiffens.
 const STRAIN_CAP: f32 = 4.0;
 /// Largest area strain that still stiffens the skin.
-const SKIN_STRAIN_CAP: f32 = 1.0;
+const SKIN_STRAIN_CAP: f32 = 0.5;
 
 /// Three components of four elements.
 #[derive(Clone, Copy, Debug)]
@@ -401,6 +401,7 @@ mod tests {
                 Vec3::new(1.0, 4.0, 25.0),
             ],
             stiffness_joules: 2.0,
+            strain_margin: 1.0,
             prism: 0,
         };
         let tets = [tet];

@@ -7,6 +7,7 @@
 mod dataset;
 mod elastic;
 mod kinematics;
+mod run;
 mod settings;
 mod shell;
 mod simulate;
@@ -14,7 +15,11 @@ mod solver;
 
 pub use dataset::{ClipData, ClipHeader, DatasetError};
 pub use kinematics::{GRAVITY_M_PER_S2, soft_clip};
-pub use settings::{SimSettings, Tissue};
+pub use run::{
+    HELD_OUT_SHAPES, Job, JobReport, Motion, Outcome, Run, RunError, TRAINING_SHAPES, captures,
+    execute, procedurals,
+};
+pub use settings::{SettingsError, SimSettings, Tissue};
 pub use shell::{Shell, ShellError, ShellReport, Surface, soft_vertices};
 pub use simulate::{ClipLabels, SimError, Simulated, simulate_clip};
 pub use solver::{Solver, Unstable};

@@ -1,6 +1,6 @@
 //! Simulator settings and material presets per soft region.
 
-use dynaskin_body::{REGION_COUNT, Region};
+use dynaskin_body::{BodyModel, REGION_COUNT, Region, Sex};
 use serde::{Deserialize, Serialize};
 
 /// Everything besides body, shape and motion that decides a simulation's result.
@@ -62,11 +62,72 @@ impl Tissue {
     }
 }
 
+/// A setting that cannot be simulated with.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("setting {name} is {got}, expected {low} to {high}")]
+pub struct SettingsError {
+    name: &'static str,
+    got: f32,
+    low: f32,
+    high: f32,
+}
+
 impl SimSettings {
-    /// The settings as JSON, as they stand in a clip's metadata.
-    pub fn to_json(&self) -> String {
-        // Numbers and structs always serialise; the map keys are all strings.
-        serde_json::to_string(self).unwrap_or_default()
+    /// The usual settings for a body: a male chest is muscle and its cover, not a breast.
+    pub fn for_body(body: &BodyModel) -> Self {
+        let mut settings = Self::default();
+        if body.name == Sex::Male.name() {
+            settings.tissues[Region::Chest as usize] = Tissue {
+                shear_modulus_pa: 1100.0,
+                ..tissue(Region::Belly)
+            };
+        }
+        settings
+    }
+
+    /// Whether every setting lies in a range that can be simulated (settings come from files).
+    ///
+    /// # Errors
+    /// [`SettingsError`] names the first that does not.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let [least, most] = self.depth_limits_m;
+        let mut checks = vec![
+            ("substeps", self.substeps as f32, 1.0, 1000.0),
+            ("layers", self.layers as f32, 1.0, 8.0),
+            ("softness_threshold", self.softness_threshold, 0.0, 0.99),
+            ("depth_limits_m[0]", least, 1e-3, 0.5),
+            ("depth_limits_m[1]", most, least, 0.5),
+            ("edge_stiffening", self.edge_stiffening, 0.0, 1e3),
+            ("density_kg_per_m3", self.density_kg_per_m3, 100.0, 1e4),
+            ("bulk_ratio", self.bulk_ratio, 1.0, 1e3),
+            ("stiffening", self.stiffening, 0.0, 100.0),
+            ("skin_kg_per_m2", self.skin_kg_per_m2, 0.0, 100.0),
+            ("skin_stiffening", self.skin_stiffening, 0.0, 1e3),
+            ("relaxation_seconds", self.relaxation_seconds, 0.0, 0.1),
+            ("stability_limit", self.stability_limit, 0.01, 1e4),
+            ("drive_limit_m_per_s2", self.drive_limit_m_per_s2, 1.0, 1e4),
+        ];
+        for tissue in &self.tissues {
+            checks.extend([
+                ("shear_modulus_pa", tissue.shear_modulus_pa, 1.0, 1e7),
+                ("reference_depth_m", tissue.reference_depth_m, 1e-3, 1.0),
+                ("depth_exponent", tissue.depth_exponent, 0.0, 4.0),
+                ("damping_ratio", tissue.damping_ratio, 0.0, 10.0),
+                ("skin_n_per_m", tissue.skin_n_per_m, 0.0, 1e5),
+            ]);
+        }
+        for (name, got, low, high) in checks {
+            // Written so that NaN fails.
+            if !(low..=high).contains(&got) {
+                return Err(SettingsError {
+                    name,
+                    got,
+                    low,
+                    high,
+                });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -76,16 +137,16 @@ impl Default for SimSettings {
             substeps: 24,
             layers: 2,
             softness_threshold: 0.05,
-            depth_limits_m: [0.006, 0.09],
+            depth_limits_m: [0.009, 0.09],
             tissues: Region::ALL.map(tissue),
-            edge_stiffening: 4.0,
+            edge_stiffening: 1.5,
             density_kg_per_m3: 950.0,
             bulk_ratio: 8.0,
             stiffening: 0.5,
             skin_kg_per_m2: 1.6,
-            skin_stiffening: 8.0,
-            relaxation_seconds: 8e-4,
-            stability_limit: 0.7,
+            skin_stiffening: 3.0,
+            relaxation_seconds: 3e-4,
+            stability_limit: 0.8,
             drive_limit_m_per_s2: 40.0,
         }
     }
@@ -104,10 +165,10 @@ fn tissue(region: Region) -> Tissue {
     };
     match region {
         Region::Chest => Tissue {
-            shear_modulus_pa: 250.0,
-            depth_exponent: 0.6,
-            damping_ratio: 0.215,
-            skin_n_per_m: 8.0,
+            shear_modulus_pa: 110.0,
+            depth_exponent: 0.5,
+            damping_ratio: 0.2,
+            skin_n_per_m: 2.0,
             ..firm
         },
         Region::Belly => Tissue {
@@ -122,6 +183,10 @@ fn tissue(region: Region) -> Tissue {
             damping_ratio: 0.25,
             ..firm
         },
-        Region::Thighs | Region::Calves => firm,
+        // Muscle at work lies under little fat here.
+        Region::Thighs | Region::Calves => Tissue {
+            shear_modulus_pa: 2000.0,
+            ..firm
+        },
     }
 }

@@ -9,8 +9,8 @@ use crate::settings::SimSettings;
 use crate::shell::Shell;
 use crate::solver::{Solver, Unstable};
 
-/// Factors on the number of time steps that are tried one after the other.
-const RETRY_FACTORS: [u32; 3] = [1, 2, 4];
+/// Factors on the number of time steps that are tried where the usual number fails.
+const RETRY_FACTORS: [u32; 2] = [2, 4];
 
 /// A clip that could not be simulated.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +52,8 @@ pub struct ClipLabels {
     pub seed: u64,
     /// Shape coefficients β of the shell.
     pub shape: [f32; SHAPE_COUNT],
+    /// How it was simulated, as JSON.
+    pub sim_json: String,
 }
 
 /// A simulated clip and how it went.
@@ -75,40 +77,37 @@ pub fn simulate_clip(
     labels: ClipLabels,
 ) -> Result<Simulated, SimError> {
     check(clip)?;
-    let mut astray = Unstable {
-        tick: 0,
-        substeps: settings.substeps,
-    };
-    for factor in RETRY_FACTORS {
+    let attempt = |factor: u32| {
         let tried = SimSettings {
             substeps: settings.substeps * factor,
+            // The added mass stays the same, so that smaller steps are further from the limit.
+            stability_limit: settings.stability_limit / factor as f32,
             ..settings.clone()
         };
-        match run(shell, clip, &tried) {
-            Ok(offsets_rest_m) => {
-                let data = ClipData {
-                    name: labels.name,
-                    body_sha256: labels.body_sha256,
-                    rate_hz: MODEL_RATE_HZ,
-                    seed: labels.seed,
-                    sim_json: settings.to_json(),
-                    shape: labels.shape,
-                    vertices: shell.vertices().to_vec(),
-                    poses: clip.frames.clone(),
-                    offsets_rest_m,
-                };
-                return Ok(Simulated {
-                    data,
-                    substeps: tried.substeps,
-                });
-            }
-            Err(unstable) => astray = unstable,
+        run(shell, clip, &tried).map(|offsets_rest_m| (tried.substeps, offsets_rest_m))
+    };
+    let mut outcome = attempt(1);
+    for factor in RETRY_FACTORS {
+        if outcome.is_err() {
+            outcome = attempt(factor);
         }
     }
-    Err(SimError::Unstable {
+    let (substeps, offsets_rest_m) = outcome.map_err(|source| SimError::Unstable {
         clip: clip.name.clone(),
-        source: astray,
-    })
+        source,
+    })?;
+    let data = ClipData {
+        name: labels.name,
+        body_sha256: labels.body_sha256,
+        rate_hz: MODEL_RATE_HZ,
+        seed: labels.seed,
+        sim_json: labels.sim_json,
+        shape: labels.shape,
+        vertices: shell.vertices().to_vec(),
+        poses: clip.frames.clone(),
+        offsets_rest_m,
+    };
+    Ok(Simulated { data, substeps })
 }
 
 fn check(clip: &Clip) -> Result<(), SimError> {

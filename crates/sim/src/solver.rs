@@ -20,14 +20,22 @@ const SETTLE_DAMPING: f32 = 4.0;
 /// ...and until nothing moves faster than this.
 const SETTLED_M_PER_S: f32 = 2e-3;
 
+/// How many times stiffer stability takes the skin than it is at rest: it stiffens with strain.
+const SKIN_MARGIN: f32 = 4.0;
+
 /// The simulation went astray; a smaller time step may help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the simulation is unstable at tick {tick} with {substeps} steps per tick")]
+#[error(
+    "the simulation is unstable at tick {tick} with {substeps} steps per tick, first under vertex \
+     {vertex}"
+)]
 pub struct Unstable {
     /// The tick, counted from 0.
     pub tick: usize,
     /// Time steps per tick that were used.
     pub substeps: u32,
+    /// Body vertex under which the first bad number was found.
+    pub vertex: u32,
 }
 
 /// Soft tissue of one shell in motion.
@@ -265,7 +273,9 @@ impl<'a> Solver<'a> {
     /// The largest speed in m/s, if all is well.
     fn check(&self) -> Result<f32, Unstable> {
         let mut speed2 = 0.0_f32;
-        for (displacement, velocity) in self.displacement.iter().zip(&self.velocity) {
+        let slots = self.shell.vertices.len();
+        let states = self.displacement.iter().zip(&self.velocity);
+        for (node, (displacement, velocity)) in states.enumerate() {
             let (d2, v2) = (
                 xyz(*displacement).length_squared(),
                 xyz(*velocity).length_squared(),
@@ -277,6 +287,7 @@ impl<'a> Solver<'a> {
                 return Err(Unstable {
                     tick: self.tick,
                     substeps: self.substeps,
+                    vertex: self.shell.vertices[node % slots],
                 });
             }
             speed2 = speed2.max(v2);
@@ -286,42 +297,23 @@ impl<'a> Solver<'a> {
 }
 
 impl NodeConstants {
-    /// Adds mass to nodes that would vibrate too fast for the time step. Gershgorin's bound on a
-    /// node's squared frequency: twice the diagonal of its stiffness over its mass.
+    /// Adds mass to nodes that would vibrate too fast for the time step.
     fn new(shell: &Shell, settings: &SimSettings) -> Self {
-        let free = shell.node_rest_m.len();
-        let mut diagonal_n_per_m = vec![0.0_f32; free];
-        let mut add = |node: u32, stiffness: f32| {
-            if let Some(sum) = diagonal_n_per_m.get_mut(node as usize) {
-                *sum += stiffness;
-            }
-        };
-        for tet in &shell.tets {
-            let [a, b, c] = tet.gradients_per_m;
-            // The stiffest direction sees shear and volume: G |g|² + (B - G + G) |g|².
-            let modulus = tet.stiffness_joules * (1.0 + settings.bulk_ratio);
-            for (node, gradient) in tet.nodes.iter().zip([-(a + b + c), a, b, c]) {
-                add(*node, modulus * gradient.length_squared());
-            }
-        }
-        for triangle in &shell.triangles {
-            let [[b0, b1], [c0, c1]] = triangle.gradients_per_m;
-            let gradients = [[-b0 - c0, -b1 - c1], [b0, b1], [c0, c1]];
-            for (node, [g0, g1]) in triangle.nodes.iter().zip(gradients) {
-                add(*node, 2.0 * triangle.stiffness_joules * (g0 * g0 + g1 * g1));
-            }
-        }
-        // Damping by evaluating forces ahead of time uses up part of the stable range.
         let dt = (1.0 / (MODEL_RATE_HZ * f64::from(settings.substeps.max(1)))) as f32;
         let allowed = settings.stability_limit / dt;
         let mut constants = Self {
-            inverse_mass_per_kg: Vec::with_capacity(free),
-            drive_share: Vec::with_capacity(free),
+            inverse_mass_per_kg: Vec::with_capacity(shell.node_rest_m.len()),
+            drive_share: Vec::with_capacity(shell.node_rest_m.len()),
             damping_per_s: shell.node_damping_per_s.clone(),
             added_mass_kg: 0.0,
         };
-        for (mass, diagonal) in shell.node_mass_kg.iter().zip(diagonal_n_per_m) {
-            let needed = 2.0 * diagonal / (allowed * allowed);
+        for (mass, block) in shell
+            .node_mass_kg
+            .iter()
+            .zip(stiffness_blocks(shell, settings))
+        {
+            // A chain of equal nodes vibrates at up to twice a node's own stiffness over its mass.
+            let needed = 2.0 * largest_eigenvalue(block) / (allowed * allowed);
             let scaled = mass.max(needed);
             constants.added_mass_kg += scaled - mass;
             constants.inverse_mass_per_kg.push(1.0 / scaled);
@@ -329,6 +321,62 @@ impl NodeConstants {
         }
         constants
     }
+}
+
+/// Stiffness of each free node with all others held, at the strain that tissue so soft and deep
+/// reaches, in N/m.
+fn stiffness_blocks(shell: &Shell, settings: &SimSettings) -> Vec<Mat3> {
+    let mut blocks = vec![Mat3::ZERO; shell.node_rest_m.len()];
+    let mut add = |node: u32, block: Mat3| {
+        if let Some(sum) = blocks.get_mut(node as usize) {
+            *sum += block;
+        }
+    };
+    let outer = |g: Vec3| Mat3::from_cols(g * g.x, g * g.y, g * g.z);
+    for tet in &shell.tets {
+        let [a, b, c] = tet.gradients_per_m;
+        let stiffness = tet.stiffness_joules * tet.strain_margin;
+        for (node, g) in tet.nodes.iter().zip([-(a + b + c), a, b, c]) {
+            let shear = Mat3::from_diagonal(Vec3::splat(g.length_squared()));
+            add(*node, (shear + outer(g) * settings.bulk_ratio) * stiffness);
+        }
+    }
+    for triangle in &shell.triangles {
+        let [[b0, b1], [c0, c1]] = triangle.gradients_per_m;
+        let [t0, t1] = triangle.tangents;
+        for (node, [g0, g1]) in
+            triangle
+                .nodes
+                .iter()
+                .zip([[-b0 - c0, -b1 - c1], [b0, b1], [c0, c1]])
+        {
+            let g = t0 * g0 + t1 * g1;
+            let in_plane = Mat3::from_diagonal(Vec3::splat(g.length_squared()));
+            add(
+                *node,
+                (in_plane + outer(g)) * (triangle.stiffness_joules * SKIN_MARGIN),
+            );
+        }
+    }
+    blocks
+}
+
+/// Largest eigenvalue of a symmetric positive matrix, by power iteration from above: repeated
+/// squaring of the matrix scaled by its trace.
+fn largest_eigenvalue(matrix: Mat3) -> f32 {
+    let trace = |m: &Mat3| m.x_axis.x + m.y_axis.y + m.z_axis.z;
+    let whole = trace(&matrix);
+    if whole <= 0.0 {
+        return 0.0;
+    }
+    let scaled = matrix * (1.0 / whole);
+    let mut power = scaled;
+    for _ in 0..5 {
+        power = power * power;
+        power *= 1.0 / trace(&power);
+    }
+    // The power is now close to the projector onto the largest eigenvector.
+    trace(&(power * scaled)) * whole
 }
 
 fn mean_rotation([a, b, c]: [Quat; 3]) -> Quat {

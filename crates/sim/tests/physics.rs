@@ -23,7 +23,7 @@ fn shear_frequency_hz(depth_m: f32, layers: u32) -> f64 {
     };
     let shell = slab_shell(0.4, 0.0125, depth_m, &settings);
     let mut solver = Solver::new(&shell, &settings);
-    solver.step(&Pose::REST).unwrap();
+    solver.step(&Pose::REST).expect("stable");
     solver.set_state(|rest| {
         let height = (depth_m + rest.y) / depth_m * std::f32::consts::FRAC_PI_2;
         (Vec3::ZERO, Vec3::X * (0.01 * height.sin()))
@@ -31,7 +31,7 @@ fn shear_frequency_hz(depth_m: f32, layers: u32) -> f64 {
     let mut before = 0.0_f64;
     let mut crossings = Vec::new();
     for tick in 0..180 {
-        solver.step(&Pose::REST).unwrap();
+        solver.step(&Pose::REST).expect("stable");
         let now = f64::from(mean_displacement_m(&solver).x);
         if before < 0.0 && now >= 0.0 {
             crossings.push((f64::from(tick) + before / (before - now)) / 60.0);
@@ -92,7 +92,7 @@ fn zero_motion_gives_exactly_zero() {
     let shell = slab_shell(0.2, 0.02, 0.03, &settings);
     let mut solver = Solver::new(&shell, &settings);
     for _ in 0..30 {
-        solver.step(&Pose::REST).unwrap();
+        solver.step(&Pose::REST).expect("stable");
         assert!(solver.offsets_rest_m().all(|offset| offset == Vec3::ZERO));
     }
 }
@@ -107,7 +107,7 @@ fn undamped_energy_does_not_grow() {
         }
         let shell = slab_shell(0.2, 0.0125, 0.03, &settings);
         let mut solver = Solver::new(&shell, &settings);
-        solver.step(&Pose::REST).unwrap();
+        solver.step(&Pose::REST).expect("stable");
         solver.set_state(|rest| {
             let height = (0.03 + rest.y) / 0.03;
             let wave = (rest.x * 30.0).sin();
@@ -117,7 +117,7 @@ fn undamped_energy_does_not_grow() {
         let mut largest = 0.0_f64;
         let mut last_second = 0.0;
         for tick in 0..300 {
-            solver.step(&Pose::REST).unwrap();
+            solver.step(&Pose::REST).expect("stable");
             largest = largest.max(solver.energy_joules());
             if tick >= 240 {
                 last_second += solver.energy_joules() / 60.0;
@@ -156,7 +156,7 @@ fn offsets(shell: &Shell, settings: &SimSettings, poses: &[Pose]) -> Vec<Vec3> {
     let mut solver = Solver::new(shell, settings);
     let mut all = Vec::new();
     for pose in poses {
-        solver.step(pose).unwrap();
+        solver.step(pose).expect("stable");
         all.extend(solver.offsets_rest_m());
     }
     all
@@ -234,6 +234,7 @@ fn labels() -> ClipLabels {
         body_sha256: String::new(),
         seed: 1,
         shape: [0.0; 10],
+        sim_json: "{}".to_owned(),
     }
 }
 

@@ -10,6 +10,9 @@ use crate::settings::SimSettings;
 /// Tetrahedra of lower quality (1 = regular) are left out: they would dictate the time step.
 const LEAST_QUALITY: f32 = 0.08;
 
+/// Acceleration of a hard landing, for the strain that stability must allow for.
+const LANDING_M_PER_S2: f32 = 20.0;
+
 /// A linear tetrahedron.
 #[derive(Clone, Debug)]
 pub(crate) struct Tet {
@@ -19,6 +22,8 @@ pub(crate) struct Tet {
     pub gradients_per_m: [Vec3; 3],
     /// Volume in m³ times shear modulus in Pa.
     pub stiffness_joules: f32,
+    /// How many times stiffer it gets at the strain it is expected to reach.
+    pub strain_margin: f32,
     /// Prism it belongs to, whose rotation it follows.
     pub prism: u32,
 }
@@ -150,6 +155,19 @@ impl Builder<'_> {
         2.0 * ratio * std::f32::consts::TAU * frequency_hz
     }
 
+    /// Stiffening at the shear strain of a layer under a hard landing, `rho a h / G`, at most 2:
+    /// the volume term alone grows with the square of the strain.
+    fn strain_margin(&self, prism: &[u32; 3], shear_pa: f32) -> f32 {
+        let depth_m = prism
+            .iter()
+            .map(|c| self.inner.depth_m[*c as usize])
+            .sum::<f32>()
+            / 3.0;
+        let load_pa = self.settings.density_kg_per_m3 * LANDING_M_PER_S2 * depth_m;
+        let strain = (load_pa / shear_pa).min(2.0);
+        1.0 + strain * strain
+    }
+
     fn tets(&self, mass_kg: &mut [f32]) -> (Vec<Tet>, usize) {
         let mut tets = Vec::new();
         let mut dropped = 0;
@@ -191,6 +209,7 @@ impl Builder<'_> {
                         nodes,
                         gradients_per_m,
                         stiffness_joules: volume_m3 * shear_pa,
+                        strain_margin: self.strain_margin(prism, shear_pa),
                         prism: prism_index as u32,
                     });
                 }

@@ -6,22 +6,26 @@ use super::Surface;
 use super::columns::Columns;
 use crate::settings::SimSettings;
 
-/// Rounds of smoothing the directions and the depth.
-const DIRECTION_ROUNDS: usize = 12;
+/// Rounds of smoothing the directions, so that columns under a breast run side by side to the chest
+/// wall instead of meeting in one point.
+const DIRECTION_ROUNDS: usize = 40;
+/// Rounds of smoothing the depth.
 const DEPTH_ROUNDS: usize = 3;
+/// Rounds of smoothing the inner surface itself: bones are smoother than skin.
+const SURFACE_ROUNDS: usize = 12;
 /// Rounds of cutting depth where the inner surface folds.
 const LIMIT_ROUNDS: usize = 60;
 /// A column is cut while a face's inner copy has less than this part of its area, seen along the
 /// face's own normal: at 0 it has no area, below it is inside out.
-const LEAST_AREA_RATIO: f32 = 0.2;
+const LEAST_AREA_RATIO: f32 = 0.15;
 /// Share of its depth that a cut column keeps per round.
 const CUT: f32 = 0.9;
 
-/// Depth and direction of every column.
+/// Where every column ends.
 pub(super) struct InnerSurface {
-    /// Unit vectors towards the bone.
+    /// Unit vectors from the skin to the end of the column.
     pub inward: Vec<Vec3>,
-    /// Depth in metres.
+    /// Length of the column in metres.
     pub depth_m: Vec<f32>,
     /// Columns whose depth was cut.
     pub shortened: usize,
@@ -30,11 +34,16 @@ pub(super) struct InnerSurface {
 impl InnerSurface {
     pub fn fit(surface: &Surface, columns: &Columns, settings: &SimSettings) -> Self {
         let [least, most] = settings.depth_limits_m;
-        let mut inward = vertex_normals(surface);
+        let outer: Vec<Vec3> = columns
+            .vertex
+            .iter()
+            .map(|v| surface.positions_m[*v as usize])
+            .collect();
+        let normals = vertex_normals(surface);
         let mut inward: Vec<Vec3> = columns
             .vertex
             .iter()
-            .map(|v| -std::mem::take(&mut inward[*v as usize]))
+            .map(|v| -normals[*v as usize])
             .collect();
         for _ in 0..DIRECTION_ROUNDS {
             inward = smoothed(&inward, columns, 0.5);
@@ -55,9 +64,26 @@ impl InnerSurface {
         for _ in 0..DEPTH_ROUNDS {
             depth_m = smoothed(&depth_m, columns, 0.5);
         }
+        let mut ends: Vec<Vec3> = (0..outer.len())
+            .map(|c| outer[c] + inward[c] * depth_m[c])
+            .collect();
+        for _ in 0..SURFACE_ROUNDS {
+            ends = smoothed(&ends, columns, 0.5);
+        }
+        for column in 0..outer.len() {
+            // Smoothing may only tilt a column and change its length, not turn it around or let
+            // it end outside the body.
+            let reach = ends[column] - outer[column];
+            let along = reach.dot(inward[column]);
+            if along > 0.5 * reach.length() {
+                inward[column] = reach.normalize();
+                depth_m[column] = reach.length();
+            }
+            depth_m[column] = depth_m[column].clamp(least, most);
+        }
         let wanted_m = depth_m.clone();
         for _ in 0..LIMIT_ROUNDS {
-            if !cut_folds(surface, columns, &inward, &mut depth_m, least) {
+            if !cut_folds(&outer, columns, &inward, &mut depth_m, least) {
                 break;
             }
         }
@@ -76,7 +102,7 @@ impl InnerSurface {
 
 /// Shortens the columns of folded faces; tells whether there was one.
 fn cut_folds(
-    surface: &Surface,
+    outer_m: &[Vec3],
     columns: &Columns,
     inward: &[Vec3],
     depth_m: &mut [f32],
@@ -84,7 +110,7 @@ fn cut_folds(
 ) -> bool {
     let mut cut = vec![false; depth_m.len()];
     for prism in &columns.prisms {
-        let outer = prism.map(|c| surface.positions_m[columns.vertex[c as usize] as usize]);
+        let outer = prism.map(|c| outer_m[c as usize]);
         let inner: [Vec3; 3] = std::array::from_fn(|k| {
             outer[k] + inward[prism[k] as usize] * depth_m[prism[k] as usize]
         });

@@ -1,0 +1,161 @@
+//! Simulating a whole data set: what is planned, run in parallel and resumed.
+
+mod execute;
+mod motions;
+mod shapes;
+
+use std::path::PathBuf;
+
+use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
+use dynaskin_motion::MotionError;
+
+use crate::settings::SimSettings;
+pub use execute::execute;
+pub use motions::{Motion, captures, procedurals};
+pub use shapes::{HELD_OUT_SHAPES, TRAINING_SHAPES};
+
+/// One clip of the data set: a motion, perhaps mirrored, on one body shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// The motion.
+    pub motion: Motion,
+    /// Whether left and right are exchanged.
+    pub mirrored: bool,
+    /// Index into the training shapes followed by the held-out ones.
+    pub shape: usize,
+    /// Frames at 60 Hz.
+    pub frames: usize,
+}
+
+impl Job {
+    /// Name of the clip and stem of its file: `16_04__s2`, mirrored `16_04m__s2`.
+    pub fn name(&self) -> String {
+        let mirrored = if self.mirrored { "m" } else { "" };
+        format!("{}{mirrored}__s{}", self.motion.name(), self.shape)
+    }
+}
+
+/// What every job of a run shares.
+#[derive(Clone, Debug)]
+pub struct Run<'a> {
+    /// The body model.
+    pub body: &'a BodyModel,
+    /// SHA-256 of its GLB file, lower-case hex.
+    pub body_sha256: &'a str,
+    /// Simulator settings.
+    pub settings: SimSettings,
+    /// Seed that shapes are drawn with.
+    pub seed: u64,
+    /// Folder of the clip files.
+    pub out: PathBuf,
+    /// At most this many frames of each motion.
+    pub limit_frames: Option<usize>,
+    /// Number of training shapes to draw from, at most [`TRAINING_SHAPES`]'s.
+    pub shapes: usize,
+}
+
+/// How one job went.
+#[derive(Clone, Debug)]
+pub struct JobReport {
+    /// Name of the clip.
+    pub name: String,
+    /// Frames of the clip.
+    pub frames: usize,
+    /// What came out.
+    pub outcome: Outcome,
+}
+
+/// What came out of one job.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    /// Simulated and written.
+    Written {
+        /// Time steps per tick, above the settings' number after a retry.
+        substeps: u32,
+        /// Largest offset in metres among the vertices of each region.
+        largest_m: [f32; REGION_COUNT],
+    },
+    /// A finished file with the same settings was there.
+    Kept,
+    /// No file was written.
+    Failed(RunError),
+}
+
+/// Why a data set or a clip of it could not be made.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum RunError {
+    /// A folder or file cannot be read or made.
+    #[error("{path}: {reason}")]
+    Io {
+        /// The path.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// The folder of captures holds none.
+    #[error("{path} holds no .bvh files; give the folder of motion captures")]
+    NoCaptures {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A motion cannot be read or made.
+    #[error("motion {motion}: {source}")]
+    Motion {
+        /// The motion.
+        motion: String,
+        /// Why.
+        source: MotionError,
+    },
+    /// The simulation or the file failed; the text says which.
+    #[error("{0}")]
+    Clip(String),
+}
+
+impl Run<'_> {
+    /// The shape coefficients with this index: training shapes first, then held-out ones.
+    pub fn shape(index: usize) -> [f32; SHAPE_COUNT] {
+        let training = TRAINING_SHAPES.len();
+        if index < training {
+            TRAINING_SHAPES[index]
+        } else {
+            HELD_OUT_SHAPES[(index - training) % HELD_OUT_SHAPES.len()]
+        }
+    }
+
+    /// The clips to make of these motions, longest first so that threads end together.
+    ///
+    /// Each motion and its mirror image is simulated on one training shape drawn by name and seed;
+    /// procedural motions, which are few, on two more; every fourth motion also on a held-out one.
+    ///
+    /// # Errors
+    /// [`RunError`] if a motion cannot be read or made.
+    pub fn plan(&self, motions: &[Motion]) -> Result<Vec<Job>, RunError> {
+        let mut jobs = Vec::new();
+        let shaped = self.body.shaped(&[0.0; SHAPE_COUNT]);
+        for motion in motions {
+            let clip = motion.clip(&shaped.joints_m)?;
+            let frames = clip
+                .frames
+                .len()
+                .min(self.limit_frames.unwrap_or(usize::MAX));
+            for mirrored in [false, true] {
+                let name = format!("{}{mirrored}", motion.name());
+                let draws = if motion.is_procedural() { 3 } else { 1 };
+                for shape in shapes::draw(&name, self.seed, self.shapes, draws) {
+                    jobs.push(Job {
+                        motion: motion.clone(),
+                        mirrored,
+                        shape,
+                        frames,
+                    });
+                }
+            }
+        }
+        jobs.sort_by(|a, b| {
+            b.frames
+                .cmp(&a.frames)
+                .then_with(|| a.name().cmp(&b.name()))
+        });
+        Ok(jobs)
+    }
+}

@@ -1,0 +1,133 @@
+//! The motions of a data set: captures from BVH files and motions made by formula.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dynaskin_body::JOINT_COUNT;
+use dynaskin_motion::{Bvh, Clip, MODEL_RATE_HZ, Procedural, ProceduralKind, retarget};
+use glam::Vec3;
+
+use super::RunError;
+
+/// A motion of the data set.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// A motion capture.
+    Capture {
+        /// Name of the file without its ending.
+        name: String,
+        /// The BVH file.
+        path: PathBuf,
+    },
+    /// A motion made by formula.
+    Procedural {
+        /// Kind, tempo and height, such as `hop-190-090` (hundredths of hertz, millimetres).
+        name: String,
+        /// Its parameters.
+        parameters: Procedural,
+    },
+}
+
+impl Motion {
+    /// Name for files.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Capture { name, .. } | Self::Procedural { name, .. } => name,
+        }
+    }
+
+    /// Whether it is made by formula.
+    pub fn is_procedural(&self) -> bool {
+        matches!(self, Self::Procedural { .. })
+    }
+
+    /// The motion at 60 Hz on a skeleton with these rest joint positions (metres).
+    ///
+    /// # Errors
+    /// [`RunError`] if the file cannot be read or the motion not be carried over.
+    pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Clip, RunError> {
+        let failed = |source| RunError::Motion {
+            motion: self.name().to_owned(),
+            source,
+        };
+        let mut clip = match self {
+            Self::Procedural { parameters, .. } => {
+                parameters.clip(joints_rest_m).map_err(failed)?
+            }
+            Self::Capture { path, .. } => {
+                let bytes = fs::read(path).map_err(|error| io(path, &error))?;
+                let bvh = Bvh::parse(&bytes).map_err(failed)?;
+                let (clip, _) = retarget(&bvh, joints_rest_m).map_err(failed)?;
+                if (clip.rate_hz / MODEL_RATE_HZ - 1.0).abs() < 1e-4 {
+                    // "0.0166667" is meant to be 60 Hz: resampling would only blur it.
+                    Clip {
+                        rate_hz: MODEL_RATE_HZ,
+                        ..clip
+                    }
+                } else {
+                    clip.resampled(MODEL_RATE_HZ).map_err(failed)?
+                }
+            }
+        };
+        clip.name = self.name().to_owned();
+        Ok(clip)
+    }
+}
+
+fn io(path: &Path, error: &std::io::Error) -> RunError {
+    RunError::Io {
+        path: path.to_owned(),
+        reason: error.to_string(),
+    }
+}
+
+/// The captures of a folder, by name.
+///
+/// # Errors
+/// [`RunError::Io`] if the folder cannot be read, [`RunError::NoCaptures`] if it holds none.
+pub fn captures(folder: &Path) -> Result<Vec<Motion>, RunError> {
+    let mut motions = Vec::new();
+    for entry in fs::read_dir(folder).map_err(|error| io(folder, &error))? {
+        let path = entry.map_err(|error| io(folder, &error))?.path();
+        let is_bvh = path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("bvh"));
+        let stem = path.file_stem().and_then(|stem| stem.to_str());
+        if let (true, Some(name)) = (is_bvh, stem) {
+            motions.push(Motion::Capture {
+                name: name.to_owned(),
+                path,
+            });
+        }
+    }
+    if motions.is_empty() {
+        return Err(RunError::NoCaptures {
+            path: folder.to_owned(),
+        });
+    }
+    motions.sort_by(|a, b| a.name().cmp(b.name()));
+    Ok(motions)
+}
+
+/// Motions made by formula, each at several tempos and heights around the usual ones.
+pub fn procedurals() -> Vec<Motion> {
+    let mut motions = Vec::new();
+    for kind in ProceduralKind::ALL {
+        for (tempo, height) in [(0.8, 0.8), (1.0, 1.0), (1.15, 0.7), (0.9, 1.3), (1.25, 0.5)] {
+            let usual = Procedural::new(kind);
+            let parameters = Procedural {
+                tempo_hz: usual.tempo_hz * tempo,
+                height_m: usual.height_m * height,
+                ..usual
+            };
+            let name = format!(
+                "{}-{:03.0}-{:03.0}",
+                kind.name(),
+                parameters.tempo_hz * 100.0,
+                parameters.height_m * 1000.0
+            );
+            motions.push(Motion::Procedural { name, parameters });
+        }
+    }
+    motions
+}
