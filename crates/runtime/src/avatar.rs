@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dynaskin_body::{JOINT_COUNT, Pose, REGION_COUNT, Region, SHAPE_COUNT};
+use dynaskin_body::{JOINT_COUNT, Pose, REGION_COUNT, Region, SHAPE_COUNT, SkinMatrices};
 use glam::{Mat4, Vec3};
 
 use crate::RuntimeError;
@@ -66,6 +66,7 @@ pub struct Avatar {
     strength: f32,
     region_gains: [f32; REGION_COUNT],
     vertex_gains: Vec<f32>,
+    skin: SkinMatrices,
     skin_matrices: [Mat4; JOINT_COUNT],
     skinned_positions_m: Vec<Vec3>,
     skinned_normals: Vec<Vec3>,
@@ -85,6 +86,7 @@ impl Avatar {
             Some(networks) => Some(Tissue::new(networks, &shaped.joints_m, &shape)?),
             None => None,
         };
+        let skin = SkinMatrices::new(&Pose::REST, &shaped.joints_m);
         let mut avatar = Self {
             surface: Surface::new(model.topology(), shaped.positions_m),
             joints_rest_m: shaped.joints_m,
@@ -96,7 +98,8 @@ impl Avatar {
             strength: 1.0,
             region_gains: [1.0; REGION_COUNT],
             vertex_gains: vec![1.0; model.soft_vertices().len()],
-            skin_matrices: skin::matrices(&Pose::REST, &shaped.joints_m),
+            skin_matrices: skin::matrices(&skin),
+            skin,
             skinned_positions_m: vec![Vec3::ZERO; vertex_count],
             skinned_normals: vec![Vec3::ZERO; vertex_count],
             model,
@@ -128,7 +131,7 @@ impl Avatar {
         dt_seconds: f64,
         stopwatch: Stopwatch<'_>,
     ) -> Result<StepReport, RuntimeError> {
-        pose::check(pose)?;
+        let pose = &pose::checked(pose)?;
         TickClock::check(dt_seconds)?;
         let mut seconds = StageSeconds::default();
         let mut advance = self.clock.plan(pose, dt_seconds);
@@ -146,7 +149,8 @@ impl Avatar {
         self.clock.commit(pose, dt_seconds, advance);
         self.unsettled = !self.enabled;
         let start = stopwatch();
-        self.skin_matrices = skin::matrices(pose, &self.joints_rest_m);
+        self.skin = SkinMatrices::new(pose, &self.joints_rest_m);
+        self.skin_matrices = skin::matrices(&self.skin);
         seconds.skin = stopwatch() - start;
         let (ticks, settled) = match advance {
             Advance::Settle(reason) => (0, Some(reason)),
@@ -257,7 +261,7 @@ impl Avatar {
     pub fn skin(&mut self) -> (&[Vec3], &[Vec3]) {
         skin::blend(
             &self.model.body().skin,
-            &self.skin_matrices,
+            &self.skin,
             (&self.surface.positions_m, &self.surface.normals),
             (&mut self.skinned_positions_m, &mut self.skinned_normals),
         );

@@ -79,6 +79,9 @@ pub enum RuntimeError {
         /// Hash of the file.
         got: String,
     },
+    /// The body file cannot be used.
+    #[error(transparent)]
+    Body(#[from] dynaskin_body::BodyError),
     /// The bytes are no ONNX file.
     #[error("the {network} is not an ONNX file: {reason}; check that the download is complete")]
     NotOnnx {
@@ -152,10 +155,12 @@ pub enum RuntimeError {
         /// The clip's rate.
         got_hz: f64,
     },
-    /// A pose holds NaN, an infinite number, or a quaternion that is not of unit length.
+    /// A pose holds NaN, an infinite number, a quaternion that is not of unit length, or a
+    /// translation of more than a thousand kilometres.
     #[error(
-        "the pose's {place} is {value}; every number must be finite and every quaternion of unit \
-         length (within 0.001), so normalise quaternions before handing them over"
+        "the pose's {place} is {value}; every number must be finite, the translation below 1e6 m \
+         and every quaternion of unit length (within 0.001), so normalise quaternions before \
+         handing them over"
     )]
     InvalidPose {
         /// The part of the pose: `root_translation_m` or a joint's name.
@@ -199,6 +204,7 @@ impl RuntimeError {
             | Self::BundleField { .. }
             | Self::ReadFile { .. }
             | Self::HashMismatch { .. } => "bundle",
+            Self::Body(_) => "body",
             Self::NotOnnx { .. }
             | Self::UnknownOperator { .. }
             | Self::InvalidGraph { .. }

@@ -27,6 +27,31 @@ pub(crate) struct Networks {
 }
 
 impl Model {
+    /// Loads a bundle: `bundle_json` and, through `read`, the files it names (given the bare file
+    /// name, it returns the contents or a sentence about why not).
+    ///
+    /// # Errors
+    /// Those of [`Bundle::from_json`]; [`RuntimeError::ReadFile`], [`RuntimeError::HashMismatch`],
+    /// [`RuntimeError::Body`]; those of [`Self::from_parts`].
+    pub fn load(
+        bundle_json: &[u8],
+        read: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    ) -> Result<Self, RuntimeError> {
+        let bundle = Bundle::from_json(bundle_json)?;
+        let mut contents = |file: &str| {
+            read(file).map_err(|reason| RuntimeError::ReadFile {
+                file: file.to_owned(),
+                reason,
+            })
+        };
+        let body_glb = contents(&bundle.body.file)?;
+        let predictor_onnx = contents(&bundle.predictor.file)?;
+        let decoder_onnx = contents(&bundle.decoder.file)?;
+        bundle.body.verify(&body_glb)?;
+        let body = BodyModel::from_glb(&body_glb)?;
+        Self::from_parts(bundle, Arc::new(body), &predictor_onnx, &decoder_onnx)
+    }
+
     /// Puts a bundle together with the body it was made for (already read and verified) and the
     /// bytes of its networks.
     ///

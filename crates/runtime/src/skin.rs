@@ -1,39 +1,29 @@
-//! Linear blend skinning of the rest surface.
+//! Linear blend skinning of positions and normals in one pass.
 
-use dynaskin_body::{JOINT_COUNT, Pose, SkinWeights};
-use glam::{Mat4, Quat, Vec3};
+use dynaskin_body::{JOINT_COUNT, SkinMatrices, SkinWeights};
+use glam::{Mat4, Vec3};
 
-/// `world_from_rest` of each joint.
-pub(crate) fn matrices(pose: &Pose, joints_rest_m: &[Vec3; JOINT_COUNT]) -> [Mat4; JOINT_COUNT] {
-    let world = pose.world_joints(joints_rest_m);
-    std::array::from_fn(|joint| {
-        let rotation = world.rotation[joint];
-        let rest_m = joints_rest_m[joint].as_dvec3();
-        let translation_m = world.position_m[joint] - rotation * rest_m;
-        Mat4::from_rotation_translation(
-            Quat::from_array(rotation.to_array().map(|x| x as f32)).normalize(),
-            translation_m.as_vec3(),
-        )
-    })
+/// `world_from_rest` of each joint as hosts upload it: 4 by 4, column-major.
+pub(crate) fn matrices(skin: &SkinMatrices) -> [Mat4; JOINT_COUNT] {
+    skin.world_from_rest.map(Mat4::from)
 }
 
-/// Skins `rest` positions (metres) and normals into `skinned`.
+/// Skins `rest` positions (metres) and normals into `skinned`. Normals take the blended matrix
+/// itself, not its inverse transpose: it is a rotation but for a shear where joints disagree.
 pub(crate) fn blend(
-    skin: &[SkinWeights],
-    world_from_rest: &[Mat4; JOINT_COUNT],
+    weights: &[SkinWeights],
+    skin: &SkinMatrices,
     rest: (&[Vec3], &[Vec3]),
     skinned: (&mut [Vec3], &mut [Vec3]),
 ) {
-    let sources = skin.iter().zip(rest.0.iter().zip(rest.1));
+    let sources = weights.iter().zip(rest.0.iter().zip(rest.1));
     let targets = skinned.0.iter_mut().zip(skinned.1);
-    for ((vertex, (position, normal)), (skinned_position, skinned_normal)) in sources.zip(targets) {
-        let mut matrix = world_from_rest[usize::from(vertex.joints[0])] * vertex.weights[0];
-        for slot in 1..4 {
-            if vertex.weights[slot] > 0.0 {
-                matrix += world_from_rest[usize::from(vertex.joints[slot])] * vertex.weights[slot];
-            }
-        }
-        *skinned_position = matrix.transform_point3(*position);
-        *skinned_normal = matrix.transform_vector3(*normal).normalize_or(*normal);
+    for ((weights, (position, normal)), (skinned_position, skinned_normal)) in sources.zip(targets)
+    {
+        let world_from_rest = skin.blended(weights);
+        *skinned_position = world_from_rest.transform_point3(*position);
+        *skinned_normal = world_from_rest
+            .transform_vector3(*normal)
+            .normalize_or(*normal);
     }
 }

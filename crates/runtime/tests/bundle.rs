@@ -297,3 +297,18 @@ fn mutated_networks_never_panic() {
     println!("{refused} of 600 mutated bundles refused");
     assert!(refused > 100);
 }
+
+#[test]
+fn a_file_that_cannot_be_read_is_named() {
+    let json = bundle(&predictor_onnx(), &decoder_onnx())
+        .to_json()
+        .unwrap();
+    let error = Model::load(json.as_bytes(), &mut |file| {
+        Err(format!("{file} is missing"))
+    });
+    let error = error.unwrap_err();
+    assert_eq!(kind(&error), "ReadFile");
+    assert!(error.to_string().contains("body.glb"), "{error}");
+    let error = Model::load(json.as_bytes(), &mut |_| Ok(b"something else".to_vec()));
+    assert_eq!(kind(&error.unwrap_err()), "HashMismatch");
+}

@@ -6,6 +6,7 @@
 //! operators directly: malformed files become typed errors, and the linker drops the rest of the
 //! front end from the wasm file.
 
+mod messages;
 mod operators;
 mod proto;
 mod session;
@@ -14,7 +15,7 @@ mod translate;
 pub(crate) use session::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
 
 use crate::{Network, RuntimeError};
-use tract_onnx::prelude::TypedModel;
+use tract_core::prelude::TypedModel;
 
 /// A named input or output with its shape.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,16 +1,15 @@
 //! The thirteen ONNX operators that the project's networks consist of.
 
-use tract_onnx::pb;
-use tract_onnx::pb::tensor_proto::DataType;
-use tract_onnx::prelude::*;
-use tract_onnx::tract_core::axes::AxesMapping;
-use tract_onnx::tract_core::internal::{AxisOp, TDim, TypedOp};
-use tract_onnx::tract_core::ops::array::{Slice, TypedConcat};
-use tract_onnx::tract_core::ops::change_axes::wire_with_rank_broadcast;
-use tract_onnx::tract_core::ops::einsum::EinSum;
-use tract_onnx::tract_core::ops::{math, nn};
+use tract_core::axes::AxesMapping;
+use tract_core::internal::{AxisOp, TDim, TypedOp};
+use tract_core::ops::array::{Slice, TypedConcat};
+use tract_core::ops::change_axes::wire_with_rank_broadcast;
+use tract_core::ops::einsum::EinSum;
+use tract_core::ops::{math, nn};
+use tract_core::prelude::*;
 
 use super::invalid;
+use super::messages::{Attribute, FLOAT, NodeMessage};
 use super::proto;
 use super::translate::{Known, Translation};
 use crate::RuntimeError;
@@ -22,7 +21,7 @@ const SUPPORTED: &str = "Add, Cast, Concat, Gemm, Identity, MatMul, Mul, Relu, R
 /// One node on its way into the tract model.
 struct Node<'a> {
     translation: &'a mut Translation,
-    proto: &'a pb::NodeProto,
+    proto: &'a NodeMessage,
     /// Unique name of the node in the tract model and in messages.
     place: String,
 }
@@ -38,7 +37,7 @@ struct Wire {
 pub(super) fn wire(
     translation: &mut Translation,
     index: usize,
-    proto: &pb::NodeProto,
+    proto: &NodeMessage,
 ) -> Result<(), RuntimeError> {
     let mut node = Node {
         translation,
@@ -123,7 +122,7 @@ impl Node<'_> {
     fn cast(&mut self) -> Result<(), RuntimeError> {
         self.attributes(&["to"])?;
         self.arity(1, 1)?;
-        if self.integer("to", 0)? != DataType::Float as i64 {
+        if self.integer("to", 0)? != i64::from(FLOAT) {
             return Err(self.problem("it casts to another type than FLOAT"));
         }
         let source = self.proto.input[0].as_str();
@@ -348,7 +347,7 @@ impl Node<'_> {
         }
     }
 
-    fn attribute(&self, name: &str) -> Option<&pb::AttributeProto> {
+    fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.proto.attribute.iter().find(|a| a.name == name)
     }
 

@@ -1,11 +1,10 @@
 //! The protobuf layer: decoding, and tensors with checked sizes.
 
 use prost::Message;
-use tract_onnx::pb;
-use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
-use tract_onnx::prelude::f16;
+use tract_core::prelude::f16;
 
 use super::invalid;
+use super::messages::{EXTERNAL, FLOAT, FLOAT16, GraphMessage, INT64, Model, TensorMessage};
 use crate::{Network, RuntimeError};
 
 /// Operator sets whose definitions of the thirteen operators are the ones implemented: from 13 on
@@ -28,9 +27,9 @@ pub(super) enum Numbers {
 }
 
 /// Decodes the file as far as its graph.
-pub(super) fn decode(network: Network, onnx_bytes: &[u8]) -> Result<pb::GraphProto, RuntimeError> {
+pub(super) fn decode(network: Network, onnx_bytes: &[u8]) -> Result<GraphMessage, RuntimeError> {
     let not_onnx = |reason: String| RuntimeError::NotOnnx { network, reason };
-    let model = pb::ModelProto::decode(onnx_bytes).map_err(|error| not_onnx(error.to_string()))?;
+    let model = Model::decode(onnx_bytes).map_err(|error| not_onnx(error.to_string()))?;
     let graph = model
         .graph
         .ok_or_else(|| not_onnx(format!("no graph in its {} bytes", onnx_bytes.len())))?;
@@ -72,32 +71,30 @@ pub(super) fn shape(
 /// The shape and the numbers of an initialiser.
 pub(super) fn numbers(
     network: Network,
-    tensor: &pb::TensorProto,
+    tensor: &TensorMessage,
 ) -> Result<(Vec<usize>, Numbers), RuntimeError> {
     let shape = shape(network, &tensor.name, &tensor.dims)?;
     let problem = |text: String| invalid(network, tensor.name.as_str(), text);
-    if tensor.data_location == Some(DataLocation::External as i32) {
+    if tensor.data_location == EXTERNAL {
         return Err(problem(
             "its numbers lie in another file; store them in the .onnx file".to_owned(),
         ));
     }
     let count = shape.iter().product::<usize>();
     let raw = &tensor.raw_data[..];
-    let numbers = match DataType::try_from(tensor.data_type) {
-        Ok(DataType::Float) if raw.is_empty() => Numbers::Single(tensor.float_data.clone()),
-        Ok(DataType::Float) => Numbers::Single(from_raw(raw, f32::from_le_bytes)),
-        Ok(DataType::Float16) if raw.is_empty() => Numbers::Half(
+    let numbers = match tensor.data_type {
+        FLOAT if raw.is_empty() => Numbers::Single(tensor.float_data.clone()),
+        FLOAT => Numbers::Single(from_raw(raw, f32::from_le_bytes)),
+        FLOAT16 if raw.is_empty() => Numbers::Half(
             tensor
                 .int32_data
                 .iter()
                 .map(|&bits| f16::from_bits(bits as u16).to_f32())
                 .collect(),
         ),
-        Ok(DataType::Float16) => {
-            Numbers::Half(from_raw(raw, |bytes| f16::from_le_bytes(bytes).to_f32()))
-        }
-        Ok(DataType::Int64) if raw.is_empty() => Numbers::Integers(tensor.int64_data.clone()),
-        Ok(DataType::Int64) => Numbers::Integers(from_raw(raw, i64::from_le_bytes)),
+        FLOAT16 => Numbers::Half(from_raw(raw, |bytes| f16::from_le_bytes(bytes).to_f32())),
+        INT64 if raw.is_empty() => Numbers::Integers(tensor.int64_data.clone()),
+        INT64 => Numbers::Integers(from_raw(raw, i64::from_le_bytes)),
         _ => {
             return Err(problem(format!(
                 "its data type is {}, expected FLOAT (1), FLOAT16 (10) or INT64 (7)",

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use tract_onnx::prelude::*;
+use tract_core::prelude::*;
 
 use super::{Graph, Port, read};
 use crate::{Network, RuntimeError};

@@ -2,12 +2,9 @@
 
 use std::collections::HashMap;
 
-use tract_onnx::pb;
-use tract_onnx::pb::tensor_proto::DataType;
-use tract_onnx::pb::tensor_shape_proto::dimension;
-use tract_onnx::pb::type_proto;
-use tract_onnx::prelude::*;
+use tract_core::prelude::*;
 
+use super::messages::{FLOAT, GraphMessage, Length, TensorMessage, ValueInfo};
 use super::operators;
 use super::proto::{self, Numbers};
 use super::{Graph, Port, invalid};
@@ -42,7 +39,7 @@ pub(super) struct Translation {
     multiplications: u64,
 }
 
-pub(super) fn translate(network: Network, graph: &pb::GraphProto) -> Result<Graph, RuntimeError> {
+pub(super) fn translate(network: Network, graph: &GraphMessage) -> Result<Graph, RuntimeError> {
     if graph.node.len() > MAX_NODES || graph.initializer.len() > MAX_NODES {
         let problem = format!("more than {MAX_NODES} nodes or initialisers");
         return Err(invalid(network, "graph", problem));
@@ -70,7 +67,7 @@ pub(super) fn translate(network: Network, graph: &pb::GraphProto) -> Result<Grap
 }
 
 impl Translation {
-    fn add_initializer(&mut self, tensor: &pb::TensorProto) -> Result<(), RuntimeError> {
+    fn add_initializer(&mut self, tensor: &TensorMessage) -> Result<(), RuntimeError> {
         let (shape, numbers) = proto::numbers(self.network, tensor)?;
         let known = match numbers {
             Numbers::Single(numbers) => self.constant(&tensor.name, shape, &numbers)?,
@@ -80,16 +77,16 @@ impl Translation {
         self.define(&tensor.name, known)
     }
 
-    fn add_input(&mut self, input: &pb::ValueInfoProto) -> Result<Port, RuntimeError> {
-        let kind = input.r#type.as_ref().and_then(|kind| kind.value.as_ref());
-        let Some(type_proto::Value::TensorType(tensor)) = kind else {
+    fn add_input(&mut self, input: &ValueInfo) -> Result<Port, RuntimeError> {
+        let kind = input.r#type.as_ref();
+        let Some(tensor) = kind.and_then(|kind| kind.tensor_type.as_ref()) else {
             return Err(invalid(
                 self.network,
                 input.name.as_str(),
                 "the input has no tensor type",
             ));
         };
-        if tensor.elem_type != DataType::Float as i32 {
+        if tensor.elem_type != FLOAT {
             let problem = format!(
                 "the input's data type is {}, expected FLOAT (1)",
                 tensor.elem_type
@@ -98,7 +95,7 @@ impl Translation {
         }
         let dims: Option<Vec<i64>> = tensor.shape.as_ref().and_then(|shape| {
             let fixed = shape.dim.iter().map(|dim| match dim.value {
-                Some(dimension::Value::DimValue(length)) => Some(length),
+                Some(Length::Fixed(length)) => Some(length),
                 _ => None,
             });
             fixed.collect()
@@ -124,7 +121,7 @@ impl Translation {
         })
     }
 
-    fn finish(mut self, graph: &pb::GraphProto, inputs: Vec<Port>) -> Result<Graph, RuntimeError> {
+    fn finish(mut self, graph: &GraphMessage, inputs: Vec<Port>) -> Result<Graph, RuntimeError> {
         let mut outputs = Vec::new();
         let mut outlets = Vec::new();
         for output in &graph.output {
