@@ -1,11 +1,152 @@
 //! The runtime's errors.
 
+use std::fmt;
+
 use thiserror::Error;
+
+/// One of a bundle's two networks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Network {
+    /// Features and state to latent and next state.
+    Predictor,
+    /// Latent to offsets.
+    Decoder,
+}
+
+impl fmt::Display for Network {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Predictor => "predictor",
+            Self::Decoder => "decoder",
+        })
+    }
+}
 
 /// What can go wrong when a bundle is loaded or an avatar is stepped.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RuntimeError {
+    /// `bundle.json` is not JSON, or a field is missing or of the wrong type.
+    #[error("bundle.json cannot be read: {reason}; write it again with `dynaskin train`")]
+    BundleJson {
+        /// What the JSON parser found, with line and column.
+        reason: String,
+    },
+    /// `bundle.json` is of a kind or version this build does not know.
+    #[error(
+        "bundle.json says {field} = {got}, this build reads {expected}; update dynaskin or export \
+         the bundle again"
+    )]
+    BundleVersion {
+        /// `format` or `version`.
+        field: &'static str,
+        /// The only value known here.
+        expected: String,
+        /// The value found.
+        got: String,
+    },
+    /// A field of `bundle.json` contradicts the body, the networks or another field.
+    #[error(
+        "bundle.json's {field}: expected {expected}, got {got}; the files do not belong together, \
+         so export the bundle again"
+    )]
+    BundleField {
+        /// The field.
+        field: &'static str,
+        /// What it should be.
+        expected: String,
+        /// What it is.
+        got: String,
+    },
+    /// A file that the bundle names could not be had.
+    #[error("the bundle's file `{file}` could not be read: {reason}")]
+    ReadFile {
+        /// The file's name in `bundle.json`.
+        file: String,
+        /// What the host says.
+        reason: String,
+    },
+    /// A file is not the one the bundle was made with.
+    #[error(
+        "`{file}` has SHA-256 {got}, bundle.json expects {expected}; fetch the file again, or \
+         export the bundle again if you changed it"
+    )]
+    HashMismatch {
+        /// The file's name in `bundle.json`.
+        file: String,
+        /// Hash in `bundle.json`.
+        expected: String,
+        /// Hash of the file.
+        got: String,
+    },
+    /// The body file cannot be used.
+    #[error(transparent)]
+    Body(#[from] dynaskin_body::BodyError),
+    /// The bytes are no ONNX file.
+    #[error("the {network} is not an ONNX file: {reason}; check that the download is complete")]
+    NotOnnx {
+        /// Which network.
+        network: Network,
+        /// What the decoder found.
+        reason: String,
+    },
+    /// The graph uses an operator outside the set that the runtime implements.
+    #[error(
+        "the {network}'s node `{node}` uses the operator {operator}, which the runtime does not \
+         have; it has {supported}"
+    )]
+    UnknownOperator {
+        /// Which network.
+        network: Network,
+        /// The node's name.
+        node: String,
+        /// The operator, with its domain if it is not ONNX's own.
+        operator: String,
+        /// The operators there are.
+        supported: String,
+    },
+    /// The graph contradicts itself or the ONNX operators' definitions.
+    #[error("the {network} is not a valid graph: {place}: {problem}; export it again")]
+    InvalidGraph {
+        /// Which network.
+        network: Network,
+        /// Node, value or field.
+        place: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The graph is valid ONNX but not what the bundle contract asks for.
+    #[error(
+        "the {network} breaks the bundle contract: {place}: expected {expected}, got {got} (see \
+         ARCHITECTURE.md, \"ONNX\")"
+    )]
+    BrokenContract {
+        /// Which network.
+        network: Network,
+        /// Input, output or field.
+        place: String,
+        /// What the contract asks for.
+        expected: String,
+        /// What the graph has.
+        got: String,
+    },
+    /// The inference library refused the graph or failed while running it.
+    #[error("the {network} could not be run: {reason}")]
+    Inference {
+        /// Which network.
+        network: Network,
+        /// The library's message.
+        reason: String,
+    },
+    /// A network put out NaN or an infinite number.
+    #[error(
+        "the {network} put out a number that is not finite; its weights are unusable, so use \
+         another bundle or train again"
+    )]
+    NonFinite {
+        /// Which network.
+        network: Network,
+    },
     /// A clip whose features were asked for is not at the model's rate.
     #[error("clip `{name}` is at {got_hz} Hz; features need 60 Hz, so resample the clip first")]
     ClipRate {
@@ -14,10 +155,12 @@ pub enum RuntimeError {
         /// The clip's rate.
         got_hz: f64,
     },
-    /// A pose holds NaN, an infinite number, or a quaternion that is not of unit length.
+    /// A pose holds NaN, an infinite number, a quaternion that is not of unit length, or a
+    /// translation of more than a thousand kilometres.
     #[error(
-        "the pose's {place} is {value}; every number must be finite and every quaternion of unit \
-         length (within 0.001), so normalise quaternions before handing them over"
+        "the pose's {place} is {value}; every number must be finite, the translation below 1e6 m \
+         and every quaternion of unit length (within 0.001), so normalise quaternions before \
+         handing them over"
     )]
     InvalidPose {
         /// The part of the pose: `root_translation_m` or a joint's name.
@@ -25,14 +168,53 @@ pub enum RuntimeError {
         /// What stands there.
         value: String,
     },
+    /// A time step is negative or not finite.
+    #[error("the time step is {got} s; give the seconds since the last step, 0 or more")]
+    InvalidTimeStep {
+        /// The step given, in seconds.
+        got: f64,
+    },
+    /// Shape coefficients of the wrong number or size.
+    #[error("the shape has {problem}; give {expected} finite coefficients between -5 and 5")]
+    InvalidShape {
+        /// Number of coefficients.
+        expected: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A strength or a region's gain is negative, too large or not finite.
+    #[error("{control} is {got}; give a number from 0 to {limit}")]
+    InvalidGain {
+        /// `strength` or a region's name.
+        control: &'static str,
+        /// The number given.
+        got: f32,
+        /// Largest allowed.
+        limit: f32,
+    },
 }
 
 impl RuntimeError {
-    /// A stable kebab-case name of the kind of error, as the SDK's `error.code` carries it.
+    /// What was refused, in one word: `bundle`, `body`, `network`, `motion`, `pose`, `shape` or
+    /// `argument`. The SDK's `error.code` carries it.
     pub fn code(&self) -> &'static str {
         match self {
-            Self::ClipRate { .. } => "clip-rate",
-            Self::InvalidPose { .. } => "invalid-pose",
+            Self::BundleJson { .. }
+            | Self::BundleVersion { .. }
+            | Self::BundleField { .. }
+            | Self::ReadFile { .. }
+            | Self::HashMismatch { .. } => "bundle",
+            Self::Body(_) => "body",
+            Self::NotOnnx { .. }
+            | Self::UnknownOperator { .. }
+            | Self::InvalidGraph { .. }
+            | Self::BrokenContract { .. }
+            | Self::Inference { .. }
+            | Self::NonFinite { .. } => "network",
+            Self::ClipRate { .. } => "motion",
+            Self::InvalidPose { .. } => "pose",
+            Self::InvalidShape { .. } => "shape",
+            Self::InvalidTimeStep { .. } | Self::InvalidGain { .. } => "argument",
         }
     }
 }

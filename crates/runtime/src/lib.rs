@@ -1,7 +1,46 @@
 //! The run time of dynaskin: a skeleton's motion in, offsets of the soft tissue out.
+//!
+//! A [`Model`] is a body with its two networks, checked against each other; an [`Avatar`] is one
+//! such body on the stage. Each display frame the host hands a pose and the time since the last:
+//!
+//! ```no_run
+//! # use std::sync::Arc;
+//! # use dynaskin_body::Pose;
+//! # use dynaskin_runtime::{Avatar, Model, RuntimeError};
+//! # fn run(bundle_json: &[u8], next_pose: impl Fn() -> Option<Pose>) -> Result<(), RuntimeError> {
+//! let mut read = |file: &str| std::fs::read(file).map_err(|error| error.to_string());
+//! let model = Arc::new(Model::load(bundle_json, &mut read)?);
+//! let mut avatar = Avatar::new(model, &[0.0; 10])?;
+//! while let Some(pose) = next_pose() {
+//!     avatar.step(&pose, 1.0 / 60.0)?;
+//!     let offsets_rest_m = avatar.offsets_rest_m();
+//! #   let _ = offsets_rest_m;
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The networks tick at 60 Hz whatever the host's rate, and what is shown lies one tick behind the
+//! host (see [`Avatar`]). This crate opens no file, knows no JavaScript and no GPU.
 
+mod avatar;
+mod bundle;
+mod clock;
 mod error;
 pub mod features;
+mod interpolate;
+mod model;
+mod onnx;
 mod pose;
+mod skin;
+mod surface;
+mod tissue;
 
-pub use error::RuntimeError;
+pub use avatar::{Avatar, MAX_GAIN, MAX_SHAPE_COEFFICIENT, StageSeconds, StepReport, Stopwatch};
+pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile};
+pub use clock::{
+    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS, Settled,
+};
+pub use error::{Network, RuntimeError};
+pub use model::Model;
+pub use surface::{OFFSET_KNEE_M, OFFSET_LIMIT_M};

@@ -21,6 +21,7 @@ pub use kinematics::{
 };
 
 use crate::RuntimeError;
+use crate::pose::normalized;
 use kinematics::Kinematics;
 
 /// The joints whose inertial motion is a feature, in feature order.
@@ -209,14 +210,4 @@ pub fn clip_features(
         features.extend_from_slice(inertial.push(pose));
     }
     Ok(features)
-}
-
-/// `pose` with quaternions of exactly unit length: forward kinematics would scale bones by the
-/// deviation, and differences would see that as motion.
-fn normalized(pose: &Pose) -> Pose {
-    let mut pose = pose.clone();
-    for rotation in &mut pose.parent_from_joint {
-        *rotation = rotation.normalize();
-    }
-    pose
 }

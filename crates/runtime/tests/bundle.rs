@@ -1,0 +1,314 @@
+//! Bundles that are broken in every way we could think of: a typed error each, never a panic.
+
+mod support;
+
+use std::sync::Arc;
+
+use dynaskin_onnx_writer::{Graph, Precision};
+use dynaskin_runtime::{Bundle, Model, Network, RuntimeError};
+use prost::Message;
+use support::{bundle, decoder_onnx, kind, predictor_onnx};
+use tract_onnx::pb;
+
+/// Loads the made-up bundle with other networks, their hashes made to fit.
+fn load(predictor: &[u8], decoder: &[u8]) -> Result<Model, RuntimeError> {
+    Model::from_parts(
+        bundle(predictor, decoder),
+        Arc::new(support::body()),
+        predictor,
+        decoder,
+    )
+}
+
+fn load_error(predictor: &[u8], decoder: &[u8]) -> RuntimeError {
+    load(predictor, decoder).expect_err("the bundle is broken")
+}
+
+/// `onnx_bytes` with its messages changed.
+fn edited(onnx_bytes: &[u8], edit: impl FnOnce(&mut pb::GraphProto)) -> Vec<u8> {
+    let mut proto = pb::ModelProto::decode(onnx_bytes).unwrap();
+    edit(proto.graph.as_mut().unwrap());
+    proto.encode_to_vec()
+}
+
+#[test]
+fn a_good_bundle_round_trips_and_loads() {
+    let bundle = bundle(&predictor_onnx(), &decoder_onnx());
+    let json = bundle.to_json().unwrap();
+    assert_eq!(Bundle::from_json(json.as_bytes()).unwrap(), bundle);
+    let model = load(&predictor_onnx(), &decoder_onnx()).unwrap();
+    assert_eq!(model.soft_vertices(), support::vertices());
+    assert_eq!(model.bundle().unwrap().name, "tube");
+}
+
+#[test]
+fn bundle_json_is_checked_field_by_field() {
+    let good = bundle(&predictor_onnx(), &decoder_onnx())
+        .to_json()
+        .unwrap();
+    for cut in 0..good.len() {
+        if !good.is_char_boundary(cut) {
+            continue;
+        }
+        let error = Bundle::from_json(&good.as_bytes()[..cut]).unwrap_err();
+        assert_eq!(kind(&error), "BundleJson", "cut at {cut}");
+    }
+    for (from, to, code) in [
+        ("\"version\": 1", "\"version\": 2", "BundleVersion"),
+        ("dynaskin-bundle", "another-bundle", "BundleVersion"),
+        ("\"rate_hz\": 60.0", "\"rate_hz\": 30.0", "BundleField"),
+        (
+            "\"feature_count\": 166",
+            "\"feature_count\": 10",
+            "BundleField",
+        ),
+        ("\"inertial\"", "\"telepathic\"", "BundleJson"),
+        ("body.glb", "../body.glb", "BundleField"),
+        ("predictor.onnx", "/etc/passwd", "BundleField"),
+        ("decoder.onnx", "c:decoder.onnx", "BundleField"),
+        ("24,", "99,", "BundleField"),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let error = Bundle::from_json(good.replacen(from, to, 1).as_bytes()).unwrap_err();
+        assert_eq!(kind(&error), code, "{to}: {error}");
+    }
+}
+
+#[test]
+fn wrong_hashes_and_counts_are_named() {
+    let (predictor, decoder) = (predictor_onnx(), decoder_onnx());
+    let refused = |edit: &dyn Fn(&mut Bundle)| {
+        let mut bundle = bundle(&predictor, &decoder);
+        edit(&mut bundle);
+        Model::from_parts(bundle, Arc::new(support::body()), &predictor, &decoder).unwrap_err()
+    };
+    let error = refused(&|b| b.decoder.sha256.replace_range(0..1, "x"));
+    assert!(matches!(&error, RuntimeError::HashMismatch { file, .. } if file == "decoder.onnx"));
+    assert!(error.to_string().contains("fetch the file again"));
+    let error = refused(&|b| b.latent_count = 5);
+    assert!(matches!(
+        error,
+        RuntimeError::BundleField {
+            field: "latent_count",
+            ..
+        }
+    ));
+    let error = refused(&|b| b.vertices.truncate(3));
+    assert!(matches!(
+        error,
+        RuntimeError::BundleField {
+            field: "vertices",
+            ..
+        }
+    ));
+    let error = refused(&|b| *b.vertices.last_mut().unwrap() = 100_000);
+    assert!(error.to_string().contains("100000"), "{error}");
+}
+
+#[test]
+fn what_is_not_onnx_is_said_to_be_not_onnx() {
+    for bytes in [
+        &b""[..],
+        b"PK\x03\x04",
+        b"<!DOCTYPE html><html>404</html>",
+        &[0xff; 100],
+    ] {
+        let error = load_error(bytes, &decoder_onnx());
+        assert!(
+            matches!(
+                error,
+                RuntimeError::NotOnnx {
+                    network: Network::Predictor,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn an_unknown_operator_is_named_with_those_there_are() {
+    let predictor = edited(&predictor_onnx(), |graph| {
+        graph.node[0].op_type = "Softmax".to_owned();
+    });
+    let error = load_error(&predictor, &decoder_onnx());
+    assert_eq!(kind(&error), "UnknownOperator");
+    assert!(error.to_string().contains("Softmax"), "{error}");
+    assert!(error.to_string().contains("Sigmoid"), "{error}");
+    let decoder = edited(&decoder_onnx(), |graph| {
+        graph.node[0].domain = "com.example".to_owned();
+    });
+    let error = load_error(&predictor_onnx(), &decoder);
+    assert!(error.to_string().contains("com.example.Cast"), "{error}");
+}
+
+#[test]
+fn graphs_that_break_the_contract_are_refused_with_the_reason() {
+    let rename = |from: &'static str, to: &'static str| {
+        edited(&predictor_onnx(), |graph| {
+            let ports = graph.input.iter_mut().chain(&mut graph.output);
+            for port in ports.filter(|port| port.name == from) {
+                port.name = to.to_owned();
+            }
+            for node in &mut graph.node {
+                for name in node.input.iter_mut().chain(&mut node.output) {
+                    if name == from {
+                        *name = to.to_owned();
+                    }
+                }
+            }
+        })
+    };
+    for (from, to) in [
+        ("features", "input"),
+        ("latent", "output"),
+        ("state_h", "memory"),
+        ("state_c_out", "state_d_out"),
+    ] {
+        let error = load_error(&rename(from, to), &decoder_onnx());
+        assert_eq!(kind(&error), "BrokenContract", "{from}: {error}");
+    }
+    let without_output = edited(&predictor_onnx(), |graph| {
+        graph.output.retain(|port| port.name != "state_c_out");
+    });
+    assert_eq!(
+        kind(&load_error(&without_output, &decoder_onnx())),
+        "BrokenContract"
+    );
+    let error = load_error(&predictor_onnx(), &predictor_onnx());
+    assert!(matches!(
+        error,
+        RuntimeError::BrokenContract {
+            network: Network::Decoder,
+            ..
+        }
+    ));
+
+    let mut graph = Graph::new("flat decoder");
+    let latent = graph.input("latent", &[1, support::SMALL.latents]).unwrap();
+    graph.output("offsets", &latent).unwrap();
+    let error = load_error(&predictor_onnx(), &graph.into_bytes());
+    assert!(error.to_string().contains("[1, V, 3]"), "{error}");
+}
+
+#[test]
+fn graphs_that_contradict_themselves_are_refused() {
+    let edits: [(&str, fn(&mut pb::GraphProto)); 9] = [
+        ("dangling input", |g| {
+            g.node[0].input[0] = "nowhere".to_owned()
+        }),
+        ("missing node", |g| {
+            g.node.remove(3);
+        }),
+        ("no inputs", |g| g.node[0].input.clear()),
+        ("no outputs", |g| g.node[0].output.clear()),
+        ("duplicate name", |g| {
+            let again = g.initializer[0].clone();
+            g.initializer.push(again);
+        }),
+        ("negative shape", |g| g.initializer[0].dims[0] = -4),
+        ("huge shape", |g| {
+            g.initializer[0].dims = vec![i64::MAX, i64::MAX]
+        }),
+        ("short data", |g| g.initializer[0].raw_data.truncate(6)),
+        ("external data", |g| {
+            g.initializer[0].data_location = Some(1)
+        }),
+    ];
+    for (name, edit) in edits {
+        let predictor = edited(&predictor_onnx(), edit);
+        let error = load_error(&predictor, &decoder_onnx());
+        assert_eq!(kind(&error), "InvalidGraph", "{name}: {error}");
+        let decoder = edited(&decoder_onnx(), edit);
+        assert!(load(&predictor_onnx(), &decoder).is_err(), "{name}");
+    }
+    let nan = edited(&decoder_onnx(), |graph| {
+        let mean = graph
+            .initializer
+            .iter_mut()
+            .find(|t| t.name == "mean")
+            .unwrap();
+        mean.raw_data[..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    });
+    assert!(
+        load_error(&predictor_onnx(), &nan)
+            .to_string()
+            .contains("NaN")
+    );
+}
+
+#[test]
+fn a_graph_that_would_hang_the_page_is_refused() {
+    let mut graph = Graph::new("heavy");
+    let latent = graph.input("latent", &[1, support::SMALL.latents]).unwrap();
+    let tall = vec![0.0; 4096];
+    let wide = graph
+        .weights("wide", &[1, 4096], &tall, Precision::Single)
+        .unwrap();
+    let tall = graph
+        .weights("tall", &[4096, 1], &tall, Precision::Single)
+        .unwrap();
+    let mut square = graph.matmul(&tall, &wide).unwrap();
+    for _ in 0..4 {
+        square = graph.matmul(&square, &square).unwrap();
+    }
+    graph.output("offsets", &latent).unwrap();
+    let error = load_error(&predictor_onnx(), &graph.into_bytes());
+    assert!(error.to_string().contains("multiplications"), "{error}");
+}
+
+#[test]
+fn truncated_networks_never_panic() {
+    let (predictor, decoder) = (predictor_onnx(), decoder_onnx());
+    for cut in (0..predictor.len()).step_by(97) {
+        assert!(load(&predictor[..cut], &decoder).is_err(), "cut at {cut}");
+    }
+    for cut in (0..decoder.len()).step_by(23) {
+        assert!(load(&predictor, &decoder[..cut]).is_err(), "cut at {cut}");
+    }
+}
+
+#[test]
+fn mutated_networks_never_panic() {
+    let mut seed = 7_u32;
+    let mut random = move |below: usize| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (seed >> 8) as usize % below
+    };
+    let good = [predictor_onnx(), decoder_onnx()];
+    let mut refused = 0;
+    for _ in 0..600 {
+        let mut networks = good.clone();
+        let which = random(2);
+        // Most bytes are weights; the structure stands at both ends.
+        let length = networks[which].len();
+        for _ in 0..1 + random(3) {
+            let near = random(700.min(length));
+            let at = match random(3) {
+                0 => near,
+                1 => length - 1 - near,
+                _ => random(length),
+            };
+            networks[which][at] = random(256) as u8;
+        }
+        refused += usize::from(load(&networks[0], &networks[1]).is_err());
+    }
+    println!("{refused} of 600 mutated bundles refused");
+    assert!(refused > 100);
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_named() {
+    let json = bundle(&predictor_onnx(), &decoder_onnx())
+        .to_json()
+        .unwrap();
+    let error = Model::load(json.as_bytes(), &mut |file| {
+        Err(format!("{file} is missing"))
+    });
+    let error = error.unwrap_err();
+    assert_eq!(kind(&error), "ReadFile");
+    assert!(error.to_string().contains("body.glb"), "{error}");
+    let error = Model::load(json.as_bytes(), &mut |_| Ok(b"something else".to_vec()));
+    assert_eq!(kind(&error.unwrap_err()), "HashMismatch");
+}
