@@ -15,10 +15,16 @@ struct Cli {
 enum Command {
     /// Simulate soft tissue under motions: training data.
     Simulate(commands::simulate::SimulateArgs),
+    /// Train the networks of a body on simulated clips and measure them on held-out ones.
+    Train(commands::train::TrainArgs),
+    /// Measure a bundle on the clips that it was not trained on.
+    Evaluate(commands::train::EvaluateArgs),
 }
 
 fn main() -> anyhow::Result<()> {
     match Cli::parse().command {
         Command::Simulate(args) => commands::simulate::run(&args),
+        Command::Train(args) => commands::train::run(&args),
+        Command::Evaluate(args) => commands::train::run_evaluate(&args),
     }
 }

@@ -43,4 +43,5 @@ pub use clock::{
 };
 pub use error::{Network, RuntimeError};
 pub use model::Model;
+pub use onnx::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
 pub use surface::{OFFSET_KNEE_M, OFFSET_LIMIT_M};

@@ -1,3 +1,4 @@
 //! One module per subcommand.
 
 pub mod simulate;
+pub mod train;

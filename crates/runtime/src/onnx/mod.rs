@@ -12,7 +12,7 @@ mod proto;
 mod session;
 mod translate;
 
-pub(crate) use session::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
+pub use session::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
 
 use crate::{Network, RuntimeError};
 use tract_core::prelude::TypedModel;

@@ -9,7 +9,7 @@ use crate::{Network, RuntimeError};
 
 /// The predictor: features and state to latent and next state.
 #[derive(Debug)]
-pub(crate) struct Predictor {
+pub struct Predictor {
     plan: Arc<TypedRunnableModel>,
     ports: PredictorPorts,
 }
@@ -33,11 +33,11 @@ struct StatePort {
 
 /// The recurrent state between two ticks.
 #[derive(Clone, Debug)]
-pub(crate) struct PredictorState(Vec<TValue>);
+pub struct PredictorState(Vec<TValue>);
 
 /// One avatar's use of a [`Predictor`].
 #[derive(Debug)]
-pub(crate) struct PredictorSession {
+pub struct PredictorSession {
     predictor: Arc<Predictor>,
     runner: TypedSimpleState,
 }
@@ -46,7 +46,7 @@ impl Predictor {
     /// Reads `onnx_bytes` and checks it against the contract.
     ///
     /// # Errors
-    /// Those of [`read`], [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`],
+    /// What is wrong with the file: [`RuntimeError::NotOnnx`] and its like; [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`],
     /// [`RuntimeError::NonFinite`] where a run on zeros does not give finite numbers.
     pub fn load(onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
         let graph = read(Network::Predictor, onnx_bytes)?;
@@ -55,10 +55,12 @@ impl Predictor {
         Ok(Self { plan, ports })
     }
 
+    /// F: numbers that [`PredictorSession::step`] takes as features.
     pub fn feature_count(&self) -> usize {
         self.ports.feature_count
     }
 
+    /// L: numbers that [`PredictorSession::step`] writes.
     pub fn latent_count(&self) -> usize {
         self.ports.latent_count
     }
@@ -122,6 +124,8 @@ impl PredictorPorts {
 }
 
 impl PredictorSession {
+    /// Sets up a run of `predictor`.
+    ///
     /// # Errors
     /// [`RuntimeError::Inference`] where tract cannot set the run up.
     pub fn new(predictor: Arc<Predictor>) -> Result<Self, RuntimeError> {
@@ -132,6 +136,7 @@ impl PredictorSession {
         Ok(Self { predictor, runner })
     }
 
+    /// The predictor.
     pub fn predictor(&self) -> &Predictor {
         &self.predictor
     }
@@ -176,7 +181,7 @@ impl PredictorSession {
 
 /// The decoder: latent to offsets.
 #[derive(Debug)]
-pub(crate) struct Decoder {
+pub struct Decoder {
     plan: Arc<TypedRunnableModel>,
     latent_count: usize,
     vertex_count: usize,
@@ -184,7 +189,7 @@ pub(crate) struct Decoder {
 
 /// One avatar's use of a [`Decoder`].
 #[derive(Debug)]
-pub(crate) struct DecoderSession {
+pub struct DecoderSession {
     runner: TypedSimpleState,
     latent_count: usize,
 }
@@ -223,16 +228,20 @@ impl Decoder {
         })
     }
 
+    /// L: numbers that [`DecoderSession::decode`] takes.
     pub fn latent_count(&self) -> usize {
         self.latent_count
     }
 
+    /// V: a third of the numbers that [`DecoderSession::decode`] writes.
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
     }
 }
 
 impl DecoderSession {
+    /// Sets up a run of `decoder`.
+    ///
     /// # Errors
     /// [`RuntimeError::Inference`] where tract cannot set the run up.
     pub fn new(decoder: &Decoder) -> Result<Self, RuntimeError> {

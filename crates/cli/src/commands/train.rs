@@ -1,0 +1,322 @@
+//! `dynaskin train` and `dynaskin evaluate`: from simulated clips to a measured bundle.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, bail};
+use clap::Args;
+use dynaskin_body::BodyModel;
+use dynaskin_runtime::{Bundle, BundleFile};
+use dynaskin_train::{
+    BundleParts, Checkpoint, DataSet, EpochRecord, Player, Precision, Prepared, Report, Set, Split,
+    TrainConfig, TrainingFacts, decoder_onnx, evaluate, predictor_onnx, prepare, train,
+    write_bundle,
+};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Arguments of `dynaskin train`.
+#[derive(Debug, Args)]
+pub struct TrainArgs {
+    /// Folder of clips made by `dynaskin simulate`.
+    #[arg(long)]
+    data: PathBuf,
+    /// The body GLB that the clips were simulated on.
+    #[arg(long)]
+    body: PathBuf,
+    /// Folder to write the bundle into.
+    #[arg(long)]
+    out: PathBuf,
+    /// Folder of the training state; `checkpoint` in the output folder unless given.
+    #[arg(long)]
+    checkpoint: Option<PathBuf>,
+    /// Go on with the run whose state is in the checkpoint folder.
+    #[arg(long)]
+    resume: bool,
+    /// What is held out, as JSON; the project's own split unless given.
+    #[arg(long)]
+    split: Option<PathBuf>,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = TrainConfig::default().seed)]
+    seed: u64,
+    /// Passes over the training set.
+    #[arg(long, default_value_t = TrainConfig::default().epochs)]
+    epochs: usize,
+    /// Width of the encoding.
+    #[arg(long, default_value_t = TrainConfig::default().encoding)]
+    encoding: usize,
+    /// Damped springs.
+    #[arg(long, default_value_t = TrainConfig::default().springs)]
+    springs: usize,
+    /// Cells of the LSTM.
+    #[arg(long, default_value_t = TrainConfig::default().hidden)]
+    hidden: usize,
+    /// Principal components.
+    #[arg(long, default_value_t = TrainConfig::default().components)]
+    components: usize,
+    /// Frames a window of back-propagation through time.
+    #[arg(long, default_value_t = TrainConfig::default().window)]
+    window: usize,
+    /// Sequences side by side in a batch.
+    #[arg(long, default_value_t = TrainConfig::default().lanes)]
+    lanes: usize,
+    /// Peak of the learning rate.
+    #[arg(long, default_value_t = TrainConfig::default().learning_rate)]
+    learning_rate: f64,
+    /// AdamW's weight decay.
+    #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
+    weight_decay: f32,
+    /// Do not learn from mirror images.
+    #[arg(long)]
+    no_mirror: bool,
+}
+
+/// Arguments of `dynaskin evaluate`.
+#[derive(Debug, Args)]
+pub struct EvaluateArgs {
+    /// Folder of the bundle.
+    #[arg(long)]
+    model: PathBuf,
+    /// Folder of clips made by `dynaskin simulate` on the bundle's body.
+    #[arg(long)]
+    data: PathBuf,
+    /// What is held out, as JSON; what the bundle was trained without unless given.
+    #[arg(long)]
+    split: Option<PathBuf>,
+}
+
+impl TrainArgs {
+    fn config(&self) -> TrainConfig {
+        TrainConfig {
+            seed: self.seed,
+            epochs: self.epochs,
+            encoding: self.encoding,
+            springs: self.springs,
+            hidden: self.hidden,
+            components: self.components,
+            window: self.window,
+            lanes: self.lanes,
+            learning_rate: self.learning_rate,
+            weight_decay: self.weight_decay,
+            mirror: !self.no_mirror,
+            ..TrainConfig::default()
+        }
+    }
+}
+
+/// Runs `dynaskin train`.
+pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
+    let config = args.config();
+    config.check()?;
+    let split = match &args.split {
+        Some(path) => Split::read(path)?,
+        None => Split::default(),
+    };
+    let (body, body_glb) = read_body(&args.body)?;
+    let body_sha256 = BundleFile::of("body.glb", &body_glb).sha256;
+    let data_set = DataSet::open(&args.data, &body_sha256, &split)?;
+    say(&listing(&data_set));
+
+    let bar = clip_bar("reading clips");
+    let prepared = prepare(&data_set, &body, &config, |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+
+    let checkpoint = args.checkpoint.clone();
+    let checkpoint = Checkpoint::new(&checkpoint.unwrap_or_else(|| args.out.join("checkpoint")))?;
+    let start = Instant::now();
+    let mut epochs_seen = 0;
+    let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
+        epochs_seen += 1;
+        say(&epoch_line(epoch, config.epochs, epochs_seen, start.elapsed()));
+    })?;
+
+    let predictor_onnx = predictor_onnx(&predictor, &prepared.normaliser, &prepared.data.deviation_m)?;
+    let decoder_onnx = decoder_onnx(&prepared.basis, Precision::Half)?;
+    let facts = facts(&data_set, &prepared, &config, split, &best, checkpoint.seconds()?);
+    let parts = BundleParts {
+        name: &body.name,
+        body_glb: &body_glb,
+        predictor_onnx: &predictor_onnx,
+        decoder_onnx: &decoder_onnx,
+        vertices: &data_set.vertices,
+        latent_count: config.components,
+        training: &TrainingFacts {
+            parameters: predictor.weight_count(),
+            ..facts
+        },
+    };
+    let mut player = Player::new(&predictor_onnx, &decoder_onnx)?;
+    let report = measure(&mut player, &data_set, &body)?;
+    write_bundle(&args.out, &parts, &report)?;
+    say(&summary(&report));
+    say(&format!("bundle written to {}", args.out.display()));
+    Ok(())
+}
+
+/// Runs `dynaskin evaluate`.
+pub fn run_evaluate(args: &EvaluateArgs) -> anyhow::Result<()> {
+    let (mut player, bundle) = Player::load(&args.model)?;
+    let (body, _) = read_body(&args.model.join(&bundle.body.file))?;
+    let split = split_of(args, &bundle)?;
+    let data_set = DataSet::open(&args.data, &bundle.body.sha256, &split)?;
+    if data_set.vertices != bundle.vertices {
+        bail!(
+            "{} has offsets over other vertices than {}: simulate with the settings that the \
+             bundle was trained on",
+            args.data.display(),
+            args.model.display()
+        );
+    }
+    let report = measure(&mut player, &data_set, &body)?;
+    say(&summary(&report));
+    Ok(())
+}
+
+fn split_of(args: &EvaluateArgs, bundle: &Bundle) -> anyhow::Result<Split> {
+    if let Some(path) = &args.split {
+        return Ok(Split::read(path)?);
+    }
+    let stored = bundle.training.get("split").with_context(|| {
+        format!("{} does not tell what was held out: give --split", args.model.display())
+    })?;
+    serde_json::from_value(stored.clone())
+        .with_context(|| format!("the split stored in {} is damaged", args.model.display()))
+}
+
+fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
+    let bytes =
+        fs::read(path).with_context(|| format!("cannot read the body {}", path.display()))?;
+    let body = BodyModel::from_glb(&bytes)
+        .with_context(|| format!("cannot use the body {}", path.display()))?;
+    Ok((body, bytes))
+}
+
+fn measure(player: &mut Player, data_set: &DataSet, body: &BodyModel) -> anyhow::Result<Report> {
+    let bar = clip_bar("playing held-out clips");
+    let report = evaluate(player, data_set, body, |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    Ok(report)
+}
+
+fn facts(
+    data_set: &DataSet,
+    prepared: &Prepared,
+    config: &TrainConfig,
+    split: Split,
+    best: &EpochRecord,
+    seconds: f64,
+) -> TrainingFacts {
+    let training = || data_set.of_set(Set::Training);
+    let captured = training().filter(|clip| clip.name.subject.is_some()).count();
+    let shapes: BTreeSet<&str> = training().map(|clip| clip.name.shape.as_str()).collect();
+    let kinds: BTreeSet<&str> = training()
+        .filter(|clip| clip.name.subject.is_none())
+        .map(|clip| clip.name.trial.as_str())
+        .collect();
+    let formula = if kinds.is_empty() {
+        String::new()
+    } else {
+        let kinds: Vec<&str> = kinds.into_iter().collect();
+        format!(
+            " and {} clips of motions made by formula ({})",
+            training().count() - captured,
+            kinds.join(", ")
+        )
+    };
+    TrainingFacts {
+        data: format!(
+            "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {captured} clips of \
+             CMU motion captures (mocap.cs.cmu.edu){formula}.",
+            shapes.len()
+        ),
+        seed: config.seed,
+        clips: training().count(),
+        frames: training().map(|clip| clip.frames).sum(),
+        validation_frames: prepared.data.validation.iter().map(|s| s.frames).sum(),
+        vertices: data_set.vertices.len(),
+        parameters: 0,
+        best_epoch: best.epoch,
+        minutes: seconds / 60.0,
+        config: config.clone(),
+        split,
+        simulator: serde_json::from_str(&data_set.sim_json).unwrap_or_default(),
+    }
+}
+
+fn listing(data_set: &DataSet) -> String {
+    let sets = [Set::Training, Set::Validation].into_iter().chain(Set::TEST);
+    let mut text = format!(
+        "{}: {} clips over {} vertices",
+        data_set.dir.display(),
+        data_set.clips.len(),
+        data_set.vertices.len()
+    );
+    for set in sets {
+        let frames: usize = data_set.of_set(set).map(|clip| clip.frames).sum();
+        let clips = data_set.of_set(set).count();
+        text.push_str(&format!("\n  {:24} {clips:4} clips {frames:7} frames", set.name()));
+    }
+    text
+}
+
+fn epoch_line(epoch: &EpochRecord, epochs: usize, seen: usize, elapsed: Duration) -> String {
+    let left = elapsed.as_secs_f64() / seen as f64 * (epochs - epoch.epoch) as f64;
+    format!(
+        "epoch {:3}/{epochs}  loss {:.3} mm  validation {:.3} mm, {:.3} of static  {:.0} s, {:.0} \
+         min left",
+        epoch.epoch,
+        epoch.training_loss_mm,
+        epoch.validation_loss_mm,
+        epoch.validation_ratio,
+        epoch.seconds,
+        left / 60.0
+    )
+}
+
+fn summary(report: &Report) -> String {
+    let mut text = String::from(
+        "set                      region       static mm  error mm  floor mm  error/static",
+    );
+    for set in &report.sets {
+        let soft = ("all soft".to_owned(), set.soft);
+        for (index, (region, errors)) in
+            std::iter::once(&soft).chain(&set.regions).enumerate()
+        {
+            let name = if index == 0 { set.set.name() } else { "" };
+            text.push_str(&format!(
+                "\n{name:24} {region:12} {:9.2} {:9.2} {:9.2} {:13.3}",
+                errors.static_mm, errors.error_mm, errors.floor_mm, errors.ratio
+            ));
+        }
+    }
+    if let Some(ratio) = report.unseen_motion_ratio() {
+        text.push_str(&format!("\nmotions not trained on: error / static {ratio:.3}"));
+    }
+    text.push_str(&format!(
+        "\nafter ten seconds at rest: {:.5} mm",
+        report.rest_after_ten_seconds_mm
+    ));
+    text
+}
+
+fn clip_bar(what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new(1).with_message(what);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len}, {eta} left") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
+/// Prints a line for the user; a closed pipe is no reason to stop training.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}

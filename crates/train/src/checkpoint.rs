@@ -1,0 +1,187 @@
+//! Training state on disk, written after every epoch, so that a run can go on where it stopped.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use burn::module::Module;
+use burn::optim::{ModuleOptimizer, OptimizerRecord};
+use burn::store::{ModuleRecord, RecordError};
+use serde::{Deserialize, Serialize};
+
+use crate::TrainError;
+use crate::config::TrainConfig;
+use crate::predictor::Predictor;
+
+/// What one epoch came to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EpochRecord {
+    /// The epoch, from 1.
+    pub epoch: usize,
+    /// Mean training loss in millimetres.
+    pub training_loss_mm: f32,
+    /// Mean validation loss in millimetres.
+    pub validation_loss_mm: f32,
+    /// Validation loss over that of predicting no offset at all.
+    pub validation_ratio: f32,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// A folder with the training state.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    dir: PathBuf,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    config: TrainConfig,
+    history: Vec<EpochRecord>,
+}
+
+impl Checkpoint {
+    /// Keeps training state in the folder `dir`, which is made if need be.
+    ///
+    /// # Errors
+    /// [`TrainError::Io`].
+    pub fn new(dir: &Path) -> Result<Self, TrainError> {
+        fs::create_dir_all(dir).map_err(TrainError::io(dir, "making the folder"))?;
+        Ok(Self {
+            dir: dir.to_owned(),
+        })
+    }
+
+    fn state(&self) -> PathBuf {
+        self.dir.join("state.json")
+    }
+
+    fn weights(&self) -> PathBuf {
+        self.dir.join("weights.bpk")
+    }
+
+    fn optimizer(&self) -> PathBuf {
+        self.dir.join("optimizer.bpk")
+    }
+
+    fn best(&self) -> PathBuf {
+        self.dir.join("best.bpk")
+    }
+
+    /// Forgets an earlier run.
+    pub(crate) fn clear(&self) -> Result<(), TrainError> {
+        let path = self.state();
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(TrainError::io(&path, "removing")(error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes the state after an epoch. `state.json` comes last and by renaming: a run that is
+    /// killed in between leaves the weights of one epoch more than the history tells, no less.
+    pub(crate) fn save(
+        &self,
+        model: &Predictor,
+        optimizer: &ModuleOptimizer,
+        config: &TrainConfig,
+        history: &[EpochRecord],
+        best: bool,
+    ) -> Result<(), TrainError> {
+        let replace = |path: PathBuf, save: &dyn Fn(&Path) -> Result<(), RecordError>| {
+            let part = path.with_extension("part");
+            save(&part).map_err(|error| unusable(&part, error.to_string()))?;
+            fs::rename(&part, &path).map_err(TrainError::io(&path, "renaming"))
+        };
+        let plain = model.valid();
+        if best {
+            replace(self.best(), &|part| plain.clone().into_record().save(part))?;
+        }
+        replace(self.weights(), &|part| plain.clone().into_record().save(part))?;
+        replace(self.optimizer(), &|part| optimizer.to_record().save(part))?;
+        self.write_losses(history)?;
+        let state = serde_json::to_string_pretty(&State {
+            config: config.clone(),
+            history: history.to_vec(),
+        })
+        .map_err(|error| unusable(&self.state(), error.to_string()))?;
+        let part = self.dir.join("state.part");
+        fs::write(&part, state).map_err(TrainError::io(&part, "writing"))?;
+        fs::rename(&part, self.state()).map_err(TrainError::io(&part, "renaming"))
+    }
+
+    fn write_losses(&self, history: &[EpochRecord]) -> Result<(), TrainError> {
+        let mut csv =
+            String::from("epoch,training_loss_mm,validation_loss_mm,validation_ratio,seconds\n");
+        for record in history {
+            csv.push_str(&format!(
+                "{},{},{},{},{:.3}\n",
+                record.epoch,
+                record.training_loss_mm,
+                record.validation_loss_mm,
+                record.validation_ratio,
+                record.seconds
+            ));
+        }
+        let path = self.dir.join("losses.csv");
+        fs::write(&path, csv).map_err(TrainError::io(&path, "writing"))
+    }
+
+    /// Takes up an earlier run of the same settings (the number of epochs may differ).
+    pub(crate) fn load(
+        &self,
+        model: Predictor,
+        optimizer: &mut ModuleOptimizer,
+        config: &TrainConfig,
+    ) -> Result<(Predictor, Vec<EpochRecord>), TrainError> {
+        let path = self.state();
+        let state = self.read_state()?;
+        let same = TrainConfig {
+            epochs: config.epochs,
+            ..state.config
+        };
+        if same != *config {
+            return Err(unusable(&path, "it was made with other settings".into()));
+        }
+        let model = load_weights(&self.weights(), model)?;
+        let path = self.optimizer();
+        let record = OptimizerRecord::load(&path)
+            .map_err(|error| unusable(&path, error.to_string()))?;
+        *optimizer = optimizer.clone().load_record(record);
+        Ok((model, state.history))
+    }
+
+    /// Seconds of training so far, over all runs that were resumed.
+    ///
+    /// # Errors
+    /// [`TrainError::Io`], [`TrainError::Checkpoint`].
+    pub fn seconds(&self) -> Result<f64, TrainError> {
+        let state = self.read_state()?;
+        Ok(state.history.iter().map(|epoch| epoch.seconds).sum())
+    }
+
+    fn read_state(&self) -> Result<State, TrainError> {
+        let path = self.state();
+        let text = fs::read_to_string(&path).map_err(TrainError::io(&path, "reading"))?;
+        serde_json::from_str(&text).map_err(|error| unusable(&path, error.to_string()))
+    }
+
+    /// The weights of the best epoch.
+    pub(crate) fn load_best(&self, model: Predictor) -> Result<Predictor, TrainError> {
+        load_weights(&self.best(), model)
+    }
+}
+
+fn load_weights(path: &Path, model: Predictor) -> Result<Predictor, TrainError> {
+    let record = ModuleRecord::load(path).map_err(|error| unusable(path, error.to_string()))?;
+    model
+        .try_load_record(record)
+        .map_err(|error| unusable(path, error.to_string()))
+}
+
+fn unusable(path: &Path, reason: String) -> TrainError {
+    TrainError::Checkpoint {
+        path: path.to_owned(),
+        reason,
+    }
+}

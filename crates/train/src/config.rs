@@ -1,0 +1,120 @@
+//! Settings of a training run; they are stored beside the weights.
+
+use serde::{Deserialize, Serialize};
+
+use crate::TrainError;
+
+/// Settings of a training run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrainConfig {
+    /// Seed of everything random. The same seed and data give the same weights on one machine.
+    pub seed: u64,
+    /// Passes over the training set.
+    pub epochs: usize,
+    /// Width of the encoding, and of the LSTM's input.
+    pub encoding: usize,
+    /// Damped springs.
+    pub springs: usize,
+    /// Cells of the LSTM.
+    pub hidden: usize,
+    /// Principal components: latents.
+    pub components: usize,
+    /// Frames that the principal components are fitted to, drawn from the training set.
+    pub pca_frames: usize,
+    /// Frames a window of back-propagation through time.
+    pub window: usize,
+    /// Sequences that run side by side: the batch.
+    pub lanes: usize,
+    /// Peak of the learning rate.
+    pub learning_rate: f64,
+    /// AdamW's decoupled weight decay.
+    pub weight_decay: f32,
+    /// Largest norm of a parameter's gradient.
+    pub clip_norm: f32,
+    /// Whether the mirror image of every training clip is learned from as well.
+    pub mirror: bool,
+}
+
+impl Default for TrainConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            epochs: 60,
+            encoding: 128,
+            springs: 160,
+            hidden: 64,
+            components: 128,
+            pca_frames: 2400,
+            window: 80,
+            lanes: 32,
+            learning_rate: 3e-3,
+            weight_decay: 1e-2,
+            clip_norm: 1.0,
+            mirror: true,
+        }
+    }
+}
+
+impl TrainConfig {
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`], naming the first that is not.
+    pub fn check(&self) -> Result<(), TrainError> {
+        let counts = [
+            ("epochs", self.epochs, 100_000),
+            ("encoding", self.encoding, 4096),
+            ("springs", self.springs, 4096),
+            ("hidden", self.hidden, 4096),
+            ("components", self.components, 4096),
+            ("pca_frames", self.pca_frames, 50_000),
+            ("window", self.window, 10_000),
+            ("lanes", self.lanes, 4096),
+        ];
+        for (setting, got, most) in counts {
+            if got == 0 || got > most {
+                return Err(TrainError::Config {
+                    setting,
+                    got: got.to_string(),
+                    expected: format!("1 to {most}"),
+                });
+            }
+        }
+        let numbers = [
+            ("learning_rate", self.learning_rate, f64::MIN_POSITIVE, 1.0),
+            ("weight_decay", f64::from(self.weight_decay), 0.0, 10.0),
+            ("clip_norm", f64::from(self.clip_norm), 1e-6, 1e6),
+        ];
+        for (setting, got, least, most) in numbers {
+            if !(least..=most).contains(&got) {
+                return Err(TrainError::Config {
+                    setting,
+                    got: got.to_string(),
+                    expected: format!("{least} to {most}"),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_in_range_and_nonsense_is_not() {
+        TrainConfig::default().check().expect("defaults");
+        let nonsense = TrainConfig {
+            learning_rate: f64::NAN,
+            ..TrainConfig::default()
+        };
+        let error = nonsense.check().expect_err("NaN");
+        assert!(error.to_string().contains("learning_rate"), "{error}");
+        let nonsense = TrainConfig {
+            hidden: 0,
+            ..TrainConfig::default()
+        };
+        assert!(nonsense.check().is_err());
+    }
+}

@@ -1,0 +1,168 @@
+//! A folder of simulated (or fitted) clips, and what training makes of it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dynaskin_body::{BodyModel, SHAPE_COUNT};
+use dynaskin_motion::{Clip, MODEL_RATE_HZ};
+use dynaskin_runtime::features::{FeatureKind, clip_features};
+use dynaskin_sim::{ClipData, ClipHeader};
+
+use crate::TrainError;
+use crate::split::{ClipName, Set, Split};
+
+/// A clip of a data set, not read yet.
+#[derive(Clone, Debug)]
+pub struct ClipEntry {
+    /// Its file.
+    pub path: PathBuf,
+    /// Its name taken apart.
+    pub name: ClipName,
+    /// The set it belongs to.
+    pub set: Set,
+    /// Number of frames.
+    pub frames: usize,
+}
+
+/// A folder of clips of one body.
+#[derive(Clone, Debug)]
+pub struct DataSet {
+    /// The folder.
+    pub dir: PathBuf,
+    /// The clips, by file name.
+    pub clips: Vec<ClipEntry>,
+    /// Body vertices that have offsets, ascending.
+    pub vertices: Vec<u32>,
+    /// Simulator settings of the first clip, as JSON.
+    pub sim_json: String,
+}
+
+impl DataSet {
+    /// Lists the clips of the folder `dir`, simulated on the body of SHA-256 `body_sha256`.
+    ///
+    /// # Errors
+    /// [`TrainError::EmptyData`], [`TrainError::OtherBody`], [`TrainError::MixedVertices`],
+    /// [`TrainError::ClipRate`], [`TrainError::ClipName`], [`TrainError::Clip`] for a damaged
+    /// file, [`TrainError::Io`].
+    pub fn open(dir: &Path, body_sha256: &str, split: &Split) -> Result<Self, TrainError> {
+        let mut paths = Vec::new();
+        for entry in fs::read_dir(dir).map_err(TrainError::io(dir, "listing"))? {
+            let path = entry.map_err(TrainError::io(dir, "listing"))?.path();
+            if path.extension().is_some_and(|e| e == "safetensors") {
+                paths.push(path);
+            }
+        }
+        paths.sort();
+        let Some(first_path) = paths.first().cloned() else {
+            return Err(TrainError::EmptyData {
+                path: dir.to_owned(),
+            });
+        };
+        let first = ClipData::read(&first_path)?;
+        let clips = paths
+            .into_iter()
+            .map(|path| {
+                let header = ClipHeader::read(&path)?;
+                if header.body_sha256 != body_sha256 {
+                    return Err(TrainError::OtherBody {
+                        path,
+                        expected: body_sha256.to_owned(),
+                        got: header.body_sha256,
+                    });
+                }
+                entry(path, &header, &first_path, first.vertices.len(), split)
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            dir: dir.to_owned(),
+            clips,
+            vertices: first.vertices,
+            sim_json: first.sim_json,
+        })
+    }
+
+    /// The clips of one set.
+    pub fn of_set(&self, set: Set) -> impl Iterator<Item = &ClipEntry> {
+        self.clips.iter().filter(move |clip| clip.set == set)
+    }
+
+    /// Reads a clip and checks that it fits the others.
+    ///
+    /// # Errors
+    /// [`TrainError::Clip`], [`TrainError::MixedVertices`].
+    pub fn read(&self, entry: &ClipEntry) -> Result<ClipData, TrainError> {
+        let clip = ClipData::read(&entry.path)?;
+        if clip.vertices != self.vertices {
+            return Err(TrainError::MixedVertices {
+                path: entry.path.clone(),
+                first: self.clips[0].path.clone(),
+                expected: self.vertices.len(),
+                got: clip.vertices.len(),
+            });
+        }
+        Ok(clip)
+    }
+}
+
+fn entry(
+    path: PathBuf,
+    header: &ClipHeader,
+    first: &Path,
+    vertices: usize,
+    split: &Split,
+) -> Result<ClipEntry, TrainError> {
+    if header.vertex_count != vertices {
+        return Err(TrainError::MixedVertices {
+            path,
+            first: first.to_owned(),
+            expected: vertices,
+            got: header.vertex_count,
+        });
+    }
+    if (header.rate_hz - MODEL_RATE_HZ).abs() > 1e-6 * MODEL_RATE_HZ {
+        return Err(TrainError::ClipRate {
+            path,
+            got_hz: header.rate_hz,
+        });
+    }
+    let Some(name) = ClipName::parse(&header.name) else {
+        return Err(TrainError::ClipName {
+            path,
+            name: header.name.clone(),
+        });
+    };
+    Ok(ClipEntry {
+        path,
+        set: split.set_of(&name),
+        name,
+        frames: header.frame_count,
+    })
+}
+
+/// The poses of a clip as a motion.
+pub fn motion_of(clip: &ClipData) -> Clip {
+    Clip {
+        name: clip.name.clone(),
+        rate_hz: clip.rate_hz,
+        frames: clip.poses.clone(),
+    }
+}
+
+/// Features of a motion on the body `model` with shape `shape`, as the runtime computes them.
+///
+/// # Errors
+/// [`TrainError::Runtime`].
+pub fn features_of(
+    model: &BodyModel,
+    motion: &Clip,
+    shape: &[f32; SHAPE_COUNT],
+) -> Result<Vec<f32>, TrainError> {
+    let joints_rest_m = model.shaped(shape).joints_m;
+    let kind = FeatureKind::Inertial;
+    Ok(clip_features(kind, motion, &joints_rest_m, shape)?)
+}
+
+/// Offsets of a clip in single precision, `[frame][slot][xyz]` flat, in metres.
+pub fn offsets_of(clip: &ClipData) -> Vec<f32> {
+    clip.offsets_rest_m.iter().map(|x| x.to_f32()).collect()
+}

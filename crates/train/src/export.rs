@@ -1,0 +1,254 @@
+//! The trained network as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
+
+use burn::tensor::Tensor;
+use dynaskin_body::SHAPE_COUNT;
+use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
+
+use crate::TrainError;
+use crate::normaliser::Normaliser;
+use crate::pca::Basis;
+use crate::predictor::{Predictor, PredictorSizes};
+
+/// `predictor.onnx`: `features` [1,F] and the states `state_q`, `state_v` [1,springs] and
+/// `state_h`, `state_c` [1,hidden] in; `latent` [1,L] (metres) and `state_*_out` out. One call is
+/// one tick of the equations at the head of the `predictor` module. Scaling of features and
+/// latents is folded into the weights; the features' origin is subtracted first, in single
+/// precision, so that rest is exactly zero.
+///
+/// # Errors
+/// [`TrainError::Onnx`], such as for weights that are not finite.
+pub fn predictor_onnx(
+    predictor: &Predictor,
+    normaliser: &Normaliser,
+    deviation_m: &[f32],
+) -> Result<Vec<u8>, TrainError> {
+    let weights = Folded::new(predictor, normaliser, deviation_m);
+    let sizes = weights.sizes;
+    let mut graph = Graph::new("predictor");
+    let features = graph.input("features", &[1, sizes.motion + SHAPE_COUNT])?;
+    let origin = graph.weights(
+        "origin",
+        &[sizes.motion + SHAPE_COUNT],
+        &normaliser.origin,
+        Precision::Single,
+    )?;
+    let centred = graph.sub(&features, &origin)?;
+    let parts = graph.split(&centred, 1, &[sizes.motion, SHAPE_COUNT])?;
+    let (motion, shape) = (&parts[0], &parts[1]);
+    let encoder = weights.matrix(&mut graph, "encoder", &weights.encoder, sizes.motion)?;
+    let encoding = graph.matmul(motion, &encoder)?;
+    let encoding = graph.tanh(&encoding);
+
+    let (modes, spring_states) = springs(&mut graph, &weights, motion, shape, &encoding)?;
+    let (output, lstm_states) = lstm(&mut graph, &weights, shape, &modes, &encoding)?;
+
+    let rows = 2 * sizes.springs + sizes.hidden + sizes.encoding;
+    let readout = weights.matrix(&mut graph, "readout", &weights.readout, rows)?;
+    let read = graph.concat(&[&modes, &output, &encoding], 1)?;
+    let latent = graph.matmul(&read, &readout)?;
+    graph.output("latent", &latent)?;
+    for (name, state) in spring_states.into_iter().chain(lstm_states) {
+        graph.output(&format!("state_{name}_out"), &state)?;
+    }
+    Ok(graph.into_bytes())
+}
+
+/// States that leave the graph, by the letter of their name.
+type States = [(&'static str, Value); 2];
+
+/// One tick of the springs: the scaled modes, and q and v.
+fn springs(
+    graph: &mut Graph,
+    weights: &Folded,
+    motion: &Value,
+    shape: &Value,
+    encoding: &Value,
+) -> Result<(Value, States), WriteError> {
+    let PredictorSizes {
+        motion: motion_count,
+        encoding: encoding_count,
+        springs,
+        ..
+    } = weights.sizes;
+    let position = graph.input("state_q", &[1, springs])?;
+    let velocity = graph.input("state_v", &[1, springs])?;
+    let drive_rows = motion_count + encoding_count;
+    let drive = weights.matrix(graph, "drive", &weights.drive, drive_rows)?;
+    let pole_rows = SHAPE_COUNT + encoding_count;
+    let poles = weights.matrix(graph, "poles", &weights.poles, pole_rows)?;
+    let poles_bias = weights.vector(graph, "poles_bias", &weights.poles_bias)?;
+    let mode_scale = weights.matrix(graph, "mode_scale", &weights.mode_scale, SHAPE_COUNT)?;
+    let ones = weights.vector(graph, "ones", &vec![1.0; 2 * springs])?;
+
+    let pole_input = graph.concat(&[shape, encoding], 1)?;
+    let poles = graph.dense(&pole_input, &poles, &poles_bias)?;
+    let poles = graph.sigmoid(&poles);
+    let parts = graph.split(&poles, 1, &[springs, springs])?;
+    let stiffness = graph.add(&parts[0], &parts[0])?;
+    let retained = &parts[1];
+    let drive_input = graph.concat(&[motion, encoding], 1)?;
+    let target = graph.matmul(&drive_input, &drive)?;
+    let stretch = graph.sub(&target, &position)?;
+    let pull = graph.mul(&stiffness, &stretch)?;
+    let kept = graph.mul(retained, &velocity)?;
+    let velocity = graph.add(&kept, &pull)?;
+    let position = graph.add(&position, &velocity)?;
+    let scale = graph.dense(shape, &mode_scale, &ones)?;
+    let modes = graph.concat(&[&position, &velocity], 1)?;
+    let modes = graph.mul(&modes, &scale)?;
+    Ok((modes, [("q", position), ("v", velocity)]))
+}
+
+/// One tick of the LSTM: its output, and h and cells.
+fn lstm(
+    graph: &mut Graph,
+    weights: &Folded,
+    shape: &Value,
+    modes: &Value,
+    encoding: &Value,
+) -> Result<(Value, States), WriteError> {
+    let PredictorSizes {
+        encoding: encoding_count,
+        springs,
+        hidden,
+        ..
+    } = weights.sizes;
+    let state_h = graph.input("state_h", &[1, hidden])?;
+    let state_c = graph.input("state_c", &[1, hidden])?;
+    let code_rows = 2 * springs + encoding_count;
+    let code = weights.matrix(graph, "code", &weights.code, code_rows)?;
+    let input_rows = encoding_count + SHAPE_COUNT;
+    let from_input = weights.matrix(graph, "from_input", &weights.from_input, input_rows)?;
+    let from_hidden = weights.matrix(graph, "from_hidden", &weights.from_hidden, hidden)?;
+    let bias = weights.vector(graph, "bias", &weights.bias)?;
+
+    let code_input = graph.concat(&[modes, encoding], 1)?;
+    let coded = graph.matmul(&code_input, &code)?;
+    let coded = graph.tanh(&coded);
+    let cell_input = graph.concat(&[&coded, shape], 1)?;
+    let cell = LstmWeights {
+        from_input: &from_input,
+        from_hidden: &from_hidden,
+        bias: &bias,
+    };
+    let (hidden, cells) = graph.lstm_cell(&cell_input, &state_h, &state_c, cell)?;
+    Ok((hidden.clone(), [("h", hidden), ("c", cells)]))
+}
+
+/// `decoder.onnx`: `latent` [1,L] in metres to `offsets` [1,V,3] in metres, one matrix product
+/// with the basis, stored in `precision`.
+///
+/// # Errors
+/// [`TrainError::Onnx`].
+pub fn decoder_onnx(basis: &Basis, precision: Precision) -> Result<Vec<u8>, TrainError> {
+    let (components, coordinates) = (basis.components(), basis.coordinates());
+    let mut graph = Graph::new("decoder");
+    let latent = graph.input("latent", &[1, components])?;
+    let rows = graph.weights(
+        "basis",
+        &[components, coordinates],
+        &basis.rows(),
+        precision,
+    )?;
+    let flat = graph.matmul(&latent, &rows)?;
+    let offsets = graph.reshape(&flat, &[1, coordinates / 3, 3])?;
+    graph.output("offsets", &offsets)?;
+    Ok(graph.into_bytes())
+}
+
+/// The predictor's weights, row-major, with the scaling of features and latents folded in.
+struct Folded {
+    sizes: PredictorSizes,
+    encoder: Vec<f32>,
+    drive: Vec<f32>,
+    /// The damping half is negated: what is retained, 1 - σ(x), is σ(-x).
+    poles: Vec<f32>,
+    poles_bias: Vec<f32>,
+    mode_scale: Vec<f32>,
+    code: Vec<f32>,
+    /// Input weights of the whole LSTM cell: code, then shape, which has zeros for the candidate.
+    from_input: Vec<f32>,
+    bias: Vec<f32>,
+    /// Zeros for the candidate, as in `bias`.
+    from_hidden: Vec<f32>,
+    readout: Vec<f32>,
+}
+
+impl Folded {
+    fn new(predictor: &Predictor, normaliser: &Normaliser, deviation_m: &[f32]) -> Self {
+        let sizes = predictor.sizes();
+        let (motion_scale, shape_scale) = normaliser.scale.split_at(sizes.motion);
+        let hidden = sizes.hidden;
+        let mut poles = scaled_rows(&predictor.poles.val(), shape_scale);
+        let mut poles_bias = flat(predictor.poles_bias.val());
+        for row in poles.chunks_exact_mut(2 * sizes.springs) {
+            row[sizes.springs..].iter_mut().for_each(|w| *w = -*w);
+        }
+        poles_bias[sizes.springs..].iter_mut().for_each(|w| *w = -*w);
+        let mut from_input = flat(predictor.from_code.val());
+        for row in scaled_rows(&predictor.from_shape.val(), shape_scale).chunks_exact(3 * hidden) {
+            from_input.extend_from_slice(row);
+            from_input.extend(std::iter::repeat_n(0.0, hidden));
+        }
+        let mut from_hidden = Vec::with_capacity(4 * hidden * hidden);
+        for row in flat(predictor.from_hidden.val()).chunks_exact(3 * hidden) {
+            from_hidden.extend_from_slice(row);
+            from_hidden.extend(std::iter::repeat_n(0.0, hidden));
+        }
+        let mut bias = flat(predictor.bias.val());
+        bias.extend(std::iter::repeat_n(0.0, hidden));
+        let mut readout = flat(predictor.readout.val());
+        for row in readout.chunks_exact_mut(sizes.latent) {
+            for (weight, deviation) in row.iter_mut().zip(deviation_m) {
+                *weight *= deviation;
+            }
+        }
+        Self {
+            encoder: scaled_rows(&predictor.encoder.val(), motion_scale),
+            drive: scaled_rows(&predictor.drive.val(), motion_scale),
+            poles,
+            poles_bias,
+            mode_scale: scaled_rows(&predictor.mode_scale.val(), shape_scale),
+            code: flat(predictor.code.val()),
+            from_input,
+            bias,
+            from_hidden,
+            readout,
+            sizes,
+        }
+    }
+
+    fn matrix(
+        &self,
+        graph: &mut Graph,
+        name: &str,
+        numbers: &[f32],
+        rows: usize,
+    ) -> Result<Value, WriteError> {
+        let shape = [rows, numbers.len() / rows];
+        graph.weights(name, &shape, numbers, Precision::Single)
+    }
+
+    fn vector(
+        &self,
+        graph: &mut Graph,
+        name: &str,
+        numbers: &[f32],
+    ) -> Result<Value, WriteError> {
+        graph.weights(name, &[numbers.len()], numbers, Precision::Single)
+    }
+}
+
+/// A matrix, row-major, its first rows multiplied with `scale`.
+fn scaled_rows(matrix: &Tensor<2>, scale: &[f32]) -> Vec<f32> {
+    let [_, columns] = matrix.dims();
+    let mut numbers = flat(matrix.clone());
+    for (row, scale) in numbers.chunks_exact_mut(columns).zip(scale) {
+        row.iter_mut().for_each(|w| *w *= scale);
+    }
+    numbers
+}
+
+fn flat<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
+    tensor.into_data().iter::<f32>().collect()
+}

@@ -1,0 +1,44 @@
+//! Training of dynaskin's models: from a folder of clips to ONNX files and a bundle.
+//!
+//! The offsets' principal components give the decoder; damped springs and an LSTM learn to predict
+//! their coefficients from the runtime's own features. Held-out clips are then played through the
+//! exported files by the runtime itself, and the errors go into the bundle and the model card.
+
+mod bundle;
+mod card;
+mod checkpoint;
+mod config;
+mod data;
+mod error;
+mod evaluate;
+mod export;
+#[cfg(test)]
+mod fixture;
+mod lanes;
+mod mirror;
+mod normaliser;
+mod pca;
+mod player;
+mod predictor;
+mod prepare;
+mod split;
+mod trainer;
+
+pub use bundle::{BundleParts, TrainingFacts, write_bundle};
+pub use card::model_card;
+pub use checkpoint::{Checkpoint, EpochRecord};
+pub use config::TrainConfig;
+pub use data::{ClipEntry, DataSet};
+pub use error::TrainError;
+pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};
+pub use export::{decoder_onnx, predictor_onnx};
+pub use dynaskin_onnx_writer::Precision;
+pub use lanes::Sequence;
+pub use mirror::Mirror;
+pub use normaliser::Normaliser;
+pub use pca::Basis;
+pub use player::Player;
+pub use predictor::{Predictor, PredictorSizes, PredictorState};
+pub use prepare::{Prepared, prepare};
+pub use split::{ClipName, Set, Split};
+pub use trainer::{PredictorData, train};

@@ -1,0 +1,180 @@
+//! From clips to what the networks learn from: a basis of the offsets, features and latents.
+
+use dynaskin_body::{BodyModel, SHAPE_COUNT};
+use dynaskin_runtime::features::FeatureKind;
+use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use crate::TrainError;
+use crate::config::TrainConfig;
+use crate::data::{DataSet, features_of, motion_of, offsets_of};
+use crate::lanes::Sequence;
+use crate::mirror::Mirror;
+use crate::normaliser::Normaliser;
+use crate::pca::Basis;
+use crate::split::Set;
+use crate::trainer::PredictorData;
+
+/// Everything that training and export need.
+#[derive(Debug)]
+pub struct Prepared {
+    /// Subspace of the offsets.
+    pub basis: Basis,
+    /// Scaling of the features.
+    pub normaliser: Normaliser,
+    /// Sequences.
+    pub data: PredictorData,
+}
+
+/// Fits the basis and turns the training and validation clips into sequences. `progress` is told
+/// the number of clips read so far and in all.
+///
+/// # Errors
+/// [`TrainError::EmptySplit`], [`TrainError::Config`] and whatever reading a clip can give.
+pub fn prepare(
+    data_set: &DataSet,
+    model: &BodyModel,
+    config: &TrainConfig,
+    mut progress: impl FnMut(usize, usize),
+) -> Result<Prepared, TrainError> {
+    for set in [Set::Training, Set::Validation] {
+        if data_set.of_set(set).next().is_none() {
+            return Err(TrainError::EmptySplit {
+                set: set.name(),
+                clips: data_set.clips.len(),
+            });
+        }
+    }
+    let mirror = if config.mirror {
+        Some(Mirror::of_body(model, &data_set.vertices)?)
+    } else {
+        None
+    };
+    let training = data_set.of_set(Set::Training).count();
+    let validation = data_set.of_set(Set::Validation).count();
+    let all = 2 * training + validation;
+    let sample = sample_offsets(data_set, config, mirror.as_ref(), |done| progress(done, all))?;
+    let basis = Basis::fit(&sample, config.components, config.seed)?;
+    drop(sample);
+
+    let mut raw = Vec::new();
+    let mut done = training;
+    for set in [Set::Training, Set::Validation] {
+        for entry in data_set.of_set(set) {
+            let clip = data_set.read(entry)?;
+            let latents = basis.project(&offsets_of(&clip));
+            let motion = motion_of(&clip);
+            if let (Some(mirror), Set::Training) = (&mirror, set) {
+                raw.push(RawSequence {
+                    features: features_of(model, &motion.mirrored(), &clip.shape)?,
+                    latents: mirrored_latents(&basis, mirror, &latents),
+                    set,
+                });
+            }
+            raw.push(RawSequence {
+                features: features_of(model, &motion, &clip.shape)?,
+                latents,
+                set,
+            });
+            done += 1;
+            progress(done, all);
+        }
+    }
+    Ok(normalised(raw, basis, model, data_set.vertices.len()))
+}
+
+/// A clip before scaling.
+struct RawSequence {
+    features: Vec<f32>,
+    latents: Vec<f32>,
+    set: Set,
+}
+
+fn normalised(
+    raw: Vec<RawSequence>,
+    basis: Basis,
+    model: &BodyModel,
+    vertices: usize,
+) -> Prepared {
+    let kind = FeatureKind::Inertial;
+    let training = raw.iter().filter(|r| r.set == Set::Training);
+    let normaliser = Normaliser::fit(
+        kind,
+        &model.shaped(&[0.0; SHAPE_COUNT]),
+        training.map(|r| r.features.as_slice()),
+    );
+    let mut data = PredictorData {
+        training: Vec::new(),
+        validation: Vec::new(),
+        deviation_m: basis.deviation_m.clone(),
+        vertices,
+        motion: kind.count() - SHAPE_COUNT,
+    };
+    for sequence in raw {
+        let (motion, shapes) = normaliser.apply(&sequence.features);
+        let mut latents = sequence.latents;
+        for frame in latents.chunks_exact_mut(basis.components()) {
+            for (latent, deviation) in frame.iter_mut().zip(&basis.deviation_m) {
+                *latent /= deviation.max(f32::MIN_POSITIVE);
+            }
+        }
+        let to = if sequence.set == Set::Training {
+            &mut data.training
+        } else {
+            &mut data.validation
+        };
+        to.push(Sequence {
+            frames: sequence.features.len() / kind.count(),
+            shape: std::array::from_fn(|i| shapes[i]),
+            motion,
+            latents,
+        });
+    }
+    Prepared {
+        basis,
+        normaliser,
+        data,
+    }
+}
+
+fn mirrored_latents(basis: &Basis, mirror: &Mirror, latents: &[f32]) -> Vec<f32> {
+    let components = basis.components();
+    let induced = basis.induced(|from, to| mirror.apply(from, to));
+    let induced = DMatrix::from_row_slice(components, components, &induced);
+    let frames = DMatrix::from_row_slice(latents.len() / components, components, latents);
+    (frames * induced).transpose().as_slice().to_vec()
+}
+
+/// Random frames of the training clips, and their mirror images, one a row.
+fn sample_offsets(
+    data_set: &DataSet,
+    config: &TrainConfig,
+    mirror: Option<&Mirror>,
+    mut progress: impl FnMut(usize),
+) -> Result<DMatrix<f32>, TrainError> {
+    let coordinates = 3 * data_set.vertices.len();
+    let frames: usize = data_set.of_set(Set::Training).map(|clip| clip.frames).sum();
+    let share = config.pca_frames as f64 / frames.max(1) as f64;
+    let mut rng = Pcg64Mcg::seed_from_u64(config.seed);
+    // Column-major with a frame a column, turned at the end.
+    let mut columns: Vec<f32> = Vec::new();
+    let mut image = vec![0.0; coordinates];
+    for (index, entry) in data_set.of_set(Set::Training).enumerate() {
+        let clip = data_set.read(entry)?;
+        for frame in 0..clip.frame_count() {
+            if rng.random::<f64>() >= share {
+                continue;
+            }
+            let start = columns.len();
+            columns.extend(clip.frame_offsets_rest_m(frame).iter().map(|x| x.to_f32()));
+            if let Some(mirror) = mirror {
+                mirror.apply(&columns[start..], &mut image);
+                columns.extend_from_slice(&image);
+            }
+        }
+        progress(index + 1);
+    }
+    let rows = columns.len() / coordinates;
+    Ok(DMatrix::from_vec(coordinates, rows, columns).transpose())
+}

@@ -1,0 +1,220 @@
+//! The training loop of the predictor: AdamW, cosine decay, checkpoints, early best.
+
+use std::time::Instant;
+
+use burn::grad_clipping::GradientClippingConfig;
+use burn::module::Module;
+use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
+use burn::tensor::{Device, Tensor, TensorData};
+
+use crate::checkpoint::{Checkpoint, EpochRecord};
+use crate::config::TrainConfig;
+use crate::lanes::{Batch, Lanes, Sequence};
+use crate::predictor::{Predictor, PredictorSizes};
+use crate::TrainError;
+
+/// Rounds the corner of the loss at zero error, in millimetres: below it frames count as done.
+const LOSS_FLOOR_MM: f32 = 0.05;
+/// Share of the steps in which the learning rate rises from zero.
+const WARM_UP: f64 = 0.03;
+/// The learning rate ends at this share of its peak.
+const LAST_RATE: f64 = 0.01;
+const VALIDATION_LANES: usize = 32;
+
+/// The predictor's data: sequences, and what turns latents into vertex errors.
+#[derive(Debug)]
+pub struct PredictorData {
+    /// Learned from.
+    pub training: Vec<Sequence>,
+    /// Decides which epoch's weights are kept.
+    pub validation: Vec<Sequence>,
+    /// Deviation of each latent in metres.
+    pub deviation_m: Vec<f32>,
+    /// Number of vertices of an offset field.
+    pub vertices: usize,
+    /// Motion features a frame.
+    pub motion: usize,
+}
+
+/// Trains a predictor and gives the weights of the epoch that did best on the validation set.
+///
+/// The loss of a frame is the root mean square over the vertices of the offset error within the
+/// subspace, in millimetres. It is computed on latents: with an orthonormal basis the squared
+/// distance of two latents in metres is that of the two offset fields. Not squaring the whole
+/// keeps violent frames from drowning the rest, and is close to the mean vertex error that models
+/// are judged by.
+///
+/// # Errors
+/// [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].
+pub fn train(
+    data: &PredictorData,
+    config: &TrainConfig,
+    checkpoint: &Checkpoint,
+    resume: bool,
+    mut progress: impl FnMut(&EpochRecord),
+) -> Result<(Predictor, EpochRecord), TrainError> {
+    let device = Device::flex().autodiff();
+    device.seed(config.seed);
+    let sizes = PredictorSizes {
+        motion: data.motion,
+        encoding: config.encoding,
+        springs: config.springs,
+        hidden: config.hidden,
+        latent: data.deviation_m.len(),
+    };
+    let mut model = Predictor::new(sizes, &device);
+    let mut optimizer = AdamWConfig::new()
+        .with_weight_decay(config.weight_decay)
+        .with_epsilon(1e-8)
+        .with_grad_clipping(Some(GradientClippingConfig::Norm(config.clip_norm)))
+        .init();
+    let mut history = Vec::new();
+    if resume {
+        (model, history) = checkpoint.load(model, &mut optimizer, config)?;
+    } else {
+        checkpoint.clear()?;
+    }
+    let metric = Metric::new(data, &device);
+    let plain_metric = Metric::new(data, &Device::flex());
+    let first_epoch = history.len();
+    for epoch in first_epoch..config.epochs {
+        let start = Instant::now();
+        let (next, loss_mm) = run_epoch(data, config, epoch, model, &mut optimizer, &metric)?;
+        model = next;
+        let validation = validate(&model.valid(), data, config, &plain_metric);
+        let record = EpochRecord {
+            epoch: epoch + 1,
+            training_loss_mm: loss_mm,
+            validation_loss_mm: validation.loss_mm,
+            validation_ratio: validation.ratio,
+            seconds: start.elapsed().as_secs_f64(),
+        };
+        let best = history
+            .iter()
+            .all(|earlier: &EpochRecord| record.validation_ratio < earlier.validation_ratio);
+        history.push(record.clone());
+        checkpoint.save(&model, &optimizer, config, &history, best)?;
+        progress(&record);
+    }
+    let best = history
+        .iter()
+        .min_by(|a, b| a.validation_ratio.total_cmp(&b.validation_ratio))
+        .cloned()
+        .ok_or_else(|| TrainError::Config {
+            setting: "epochs",
+            got: "0".into(),
+            expected: "1 or more".into(),
+        })?;
+    let model = checkpoint.load_best(Predictor::new(sizes, &Device::flex()))?;
+    Ok((model, best))
+}
+
+/// One pass over the training sequences; gives the mean loss in millimetres.
+fn run_epoch(
+    data: &PredictorData,
+    config: &TrainConfig,
+    epoch: usize,
+    mut model: Predictor,
+    optimizer: &mut ModuleOptimizer,
+    metric: &Metric,
+) -> Result<(Predictor, f32), TrainError> {
+    let widths = (data.motion, data.deviation_m.len());
+    let seed = config.seed.wrapping_mul(1_000_003) + epoch as u64;
+    let lanes = Lanes::new(&data.training, config.lanes, config.window, widths, seed);
+    let device = &metric.device;
+    let mut state = model.rest_state(lanes.count(), device);
+    let (mut sum, mut frames) = (0.0f64, 0usize);
+    let windows = lanes.window_count();
+    for index in 0..windows {
+        let batch = lanes.window(index, device);
+        let (latents, next) = model.forward(&batch.window, state);
+        state = next.detached();
+        let loss = metric.loss_mm(latents, &batch);
+        let value = loss.clone().into_scalar::<f32>();
+        if !value.is_finite() {
+            return Err(TrainError::Diverged {
+                epoch: epoch + 1,
+                loss: value,
+            });
+        }
+        sum += f64::from(value) * batch.frames as f64;
+        frames += batch.frames;
+        let gradients = GradientsParams::from_grads(loss.backward(), &model);
+        let done = (epoch as f64 + index as f64 / windows as f64) / config.epochs as f64;
+        let rate = config.learning_rate * rate_share(done);
+        model = optimizer.step(rate, model, gradients);
+    }
+    Ok((model, (sum / frames.max(1) as f64) as f32))
+}
+
+/// The learning rate's share of its peak after `done` (0..1) of all steps.
+fn rate_share(done: f64) -> f64 {
+    let warm_up = (done / WARM_UP).min(1.0);
+    let cosine = 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
+    warm_up * (LAST_RATE + (1.0 - LAST_RATE) * cosine)
+}
+
+/// Validation loss, and error over static (offset 0), both in the subspace.
+struct Validation {
+    loss_mm: f32,
+    ratio: f32,
+}
+
+fn validate(
+    model: &Predictor,
+    data: &PredictorData,
+    config: &TrainConfig,
+    metric: &Metric,
+) -> Validation {
+    let widths = (data.motion, data.deviation_m.len());
+    let lanes = Lanes::new(
+        &data.validation,
+        VALIDATION_LANES,
+        config.window,
+        widths,
+        config.seed,
+    );
+    let mut state = model.rest_state(lanes.count(), &metric.device);
+    let (mut error, mut still, mut frames) = (0.0f64, 0.0f64, 0usize);
+    for index in 0..lanes.window_count() {
+        let batch = lanes.window(index, &metric.device);
+        let (latents, next) = model.forward(&batch.window, state);
+        state = next;
+        let zeros = Tensor::zeros(latents.dims(), &metric.device);
+        let weight = batch.frames as f64;
+        error += f64::from(metric.loss_mm(latents, &batch).into_scalar::<f32>()) * weight;
+        still += f64::from(metric.loss_mm(zeros, &batch).into_scalar::<f32>()) * weight;
+        frames += batch.frames;
+    }
+    Validation {
+        loss_mm: (error / frames.max(1) as f64) as f32,
+        ratio: (error / still.max(f64::MIN_POSITIVE)) as f32,
+    }
+}
+
+/// Turns latent errors into vertex errors.
+struct Metric {
+    /// `[1, latent]`: millimetres of root-mean-square vertex error a unit of normalised latent.
+    scale_mm: Tensor<2>,
+    device: Device,
+}
+
+impl Metric {
+    fn new(data: &PredictorData, device: &Device) -> Self {
+        let share = 1000.0 / (data.vertices as f32).sqrt();
+        let scale: Vec<f32> = data.deviation_m.iter().map(|d| d * share).collect();
+        let shape = [1, scale.len()];
+        Self {
+            scale_mm: Tensor::from_data(TensorData::new(scale, shape), device),
+            device: device.clone(),
+        }
+    }
+
+    /// Mean over the frames that count of the root-mean-square vertex error in millimetres.
+    fn loss_mm(&self, latents: Tensor<2>, batch: &Batch) -> Tensor<1> {
+        let error_mm = (latents - batch.latents.clone()) * self.scale_mm.clone();
+        let square = error_mm.powi_scalar(2).sum_dim(1); // [frames · lanes, 1]
+        let frame = (square + LOSS_FLOOR_MM * LOSS_FLOOR_MM).sqrt() - LOSS_FLOOR_MM;
+        (frame.squeeze_dim::<1>(1) * batch.weights.clone()).sum() / batch.frames.max(1) as f32
+    }
+}
