@@ -1,0 +1,209 @@
+//! Avatars.
+
+use std::sync::Arc;
+
+use dynaskin_body::Region;
+use dynaskin_runtime::{Avatar, Model, StepReport};
+use wasm_bindgen::prelude::*;
+
+use crate::error::Thrown;
+use crate::model::no_region;
+use crate::motion::CoreMotion;
+use crate::pose;
+
+#[wasm_bindgen]
+extern "C" {
+    #[wasm_bindgen(js_namespace = performance, js_name = now)]
+    fn now_ms() -> f64;
+}
+
+/// One body, stepped by its host.
+#[wasm_bindgen]
+pub struct CoreAvatar {
+    avatar: Avatar,
+    report: Option<StepReport>,
+    enabled: bool,
+    strength: f32,
+}
+
+impl CoreAvatar {
+    pub(crate) fn new(model: &Arc<Model>, shape: &[f32]) -> Result<Self, JsValue> {
+        let avatar = Avatar::new(Arc::clone(model), shape).map_err(Thrown::from)?;
+        Ok(Self {
+            enabled: avatar.model().bundle().is_some(),
+            avatar,
+            report: None,
+            strength: 1.0,
+        })
+    }
+}
+
+#[wasm_bindgen]
+impl CoreAvatar {
+    /// Moves on by `dt_seconds` to a pose of 99 numbers.
+    ///
+    /// # Errors
+    /// Throws `argument`, `invalid-pose`, `invalid-time-step`.
+    pub fn step(&mut self, pose: &[f64], dt_seconds: f64) -> Result<(), JsValue> {
+        let pose = pose::from_numbers(pose)?;
+        let report = self
+            .avatar
+            .step_timed(&pose, dt_seconds, &mut || 1e-3 * now_ms())
+            .map_err(Thrown::from)?;
+        self.report = Some(report);
+        Ok(())
+    }
+
+    /// Skins positions and normals on the CPU.
+    pub fn skin(&mut self) {
+        self.avatar.skin();
+    }
+
+    /// Of the last step: ticks, then milliseconds for features, predict, decode and apply; then
+    /// 1 where the tissue was settled anew, else 0.
+    pub fn timings(&self) -> Vec<f64> {
+        self.report.map_or_else(
+            || vec![0.0; 6],
+            |report| {
+                let seconds = report.seconds;
+                vec![
+                    report.ticks as f64,
+                    1e3 * seconds.features,
+                    1e3 * seconds.predict,
+                    1e3 * seconds.decode,
+                    1e3 * seconds.apply,
+                    f64::from(u8::from(report.settled.is_some())),
+                ]
+            },
+        )
+    }
+
+    /// Shape coefficients in standard deviations.
+    pub fn shape(&self) -> Vec<f32> {
+        self.avatar.shape().to_vec()
+    }
+
+    /// Changes the shape.
+    ///
+    /// # Errors
+    /// Throws `invalid-shape`.
+    #[wasm_bindgen(js_name = setShape)]
+    pub fn set_shape(&mut self, shape: &[f32]) -> Result<(), JsValue> {
+        Ok(self.avatar.set_shape(shape).map_err(Thrown::from)?)
+    }
+
+    /// Whether the networks run; never for a body without them.
+    #[wasm_bindgen(getter)]
+    pub fn dynamics(&self) -> bool {
+        self.enabled
+    }
+
+    /// Switches the networks on or off.
+    #[wasm_bindgen(setter)]
+    pub fn set_dynamics(&mut self, on: bool) {
+        self.enabled = on && self.avatar.model().bundle().is_some();
+        self.avatar.set_enabled(on);
+    }
+
+    /// Factor on all offsets.
+    #[wasm_bindgen(getter)]
+    pub fn strength(&self) -> f32 {
+        self.strength
+    }
+
+    /// Sets the factor on all offsets.
+    ///
+    /// # Errors
+    /// Throws `invalid-gain`.
+    #[wasm_bindgen(setter)]
+    pub fn set_strength(&mut self, strength: f32) -> Result<(), JsValue> {
+        self.avatar.set_strength(strength).map_err(Thrown::from)?;
+        self.strength = strength;
+        Ok(())
+    }
+
+    /// Sets the factor on the offsets of the region number `region`.
+    ///
+    /// # Errors
+    /// Throws `argument` for a number that is no region, `invalid-gain`.
+    #[wasm_bindgen(js_name = setRegionGain)]
+    pub fn set_region_gain(&mut self, region: usize, gain: f32) -> Result<(), JsValue> {
+        let region = *Region::ALL.get(region).ok_or_else(|| no_region(region))?;
+        let set = self.avatar.set_region_gain(region, gain);
+        Ok(set.map_err(Thrown::from)?)
+    }
+
+    /// The next pose counts as the first.
+    pub fn reset(&mut self) {
+        self.avatar.reset();
+    }
+
+    /// Reads a BVH file for this body.
+    ///
+    /// # Errors
+    /// Throws `motion`.
+    #[wasm_bindgen(js_name = motionFromBvh)]
+    pub fn motion_from_bvh(&self, bytes: &[u8]) -> Result<CoreMotion, JsValue> {
+        Ok(CoreMotion::from_bvh(bytes, self.avatar.joints_rest_m())?)
+    }
+
+    /// Makes the test motion called `name` for this body.
+    ///
+    /// # Errors
+    /// Throws `argument` for an unknown name, `motion` for parameters out of range.
+    #[wasm_bindgen(js_name = motionProcedural)]
+    pub fn motion_procedural(
+        &self,
+        name: &str,
+        tempo_hz: Option<f64>,
+        height_m: Option<f64>,
+        duration_seconds: Option<f64>,
+    ) -> Result<CoreMotion, JsValue> {
+        let joints_rest_m = self.avatar.joints_rest_m();
+        let parameters = (tempo_hz, height_m, duration_seconds);
+        Ok(CoreMotion::procedural(name, parameters, joints_rest_m)?)
+    }
+
+    /// Rest joint positions in metres, `[joint][3]`.
+    #[wasm_bindgen(js_name = jointsRest)]
+    pub fn joints_rest(&self) -> Vec<f32> {
+        let joints = self.avatar.joints_rest_m().iter();
+        joints.flat_map(|joint| joint.to_array()).collect()
+    }
+
+    /// Address of the offsets, f32 `[vertex][3]`, metres, rest pose.
+    #[wasm_bindgen(js_name = offsetsPtr)]
+    pub fn offsets_ptr(&self) -> usize {
+        self.avatar.offsets_rest_m().as_ptr() as usize
+    }
+
+    /// Address of the rest positions with offsets, f32 `[vertex][3]`, metres.
+    #[wasm_bindgen(js_name = positionsPtr)]
+    pub fn positions_ptr(&self) -> usize {
+        self.avatar.positions_rest_m().as_ptr() as usize
+    }
+
+    /// Address of the rest normals, f32 `[vertex][3]`.
+    #[wasm_bindgen(js_name = normalsPtr)]
+    pub fn normals_ptr(&self) -> usize {
+        self.avatar.normals_rest().as_ptr() as usize
+    }
+
+    /// Address of the skin matrices `world_from_rest`, f32 `[joint][16]`, column-major.
+    #[wasm_bindgen(js_name = skinMatricesPtr)]
+    pub fn skin_matrices_ptr(&self) -> usize {
+        self.avatar.skin_matrices().as_ptr() as usize
+    }
+
+    /// Address of the skinned positions, f32 `[vertex][3]`, metres, world.
+    #[wasm_bindgen(js_name = skinnedPositionsPtr)]
+    pub fn skinned_positions_ptr(&self) -> usize {
+        self.avatar.skinned().0.as_ptr() as usize
+    }
+
+    /// Address of the skinned normals, f32 `[vertex][3]`.
+    #[wasm_bindgen(js_name = skinnedNormalsPtr)]
+    pub fn skinned_normals_ptr(&self) -> usize {
+        self.avatar.skinned().1.as_ptr() as usize
+    }
+}

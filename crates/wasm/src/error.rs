@@ -1,0 +1,56 @@
+//! Rust errors as JavaScript errors.
+
+use dynaskin_body::BodyError;
+use dynaskin_motion::MotionError;
+use dynaskin_runtime::RuntimeError;
+use js_sys::{Error, Reflect};
+use wasm_bindgen::JsValue;
+
+/// A JavaScript `Error` with a `code`, on its way to be thrown.
+pub(crate) struct Thrown {
+    code: &'static str,
+    message: String,
+}
+
+impl Thrown {
+    /// An argument that the caller got wrong.
+    pub fn argument(message: String) -> Self {
+        Self {
+            code: "argument",
+            message,
+        }
+    }
+}
+
+impl From<Thrown> for JsValue {
+    fn from(thrown: Thrown) -> Self {
+        let error = Error::new(&thrown.message);
+        // Setting a property of a fresh object cannot fail; if it did, the message still says it.
+        let _ = Reflect::set(&error, &"code".into(), &thrown.code.into());
+        error.into()
+    }
+}
+
+impl From<RuntimeError> for Thrown {
+    fn from(error: RuntimeError) -> Self {
+        Self {
+            code: error.code(),
+            message: error.to_string(),
+        }
+    }
+}
+
+impl From<BodyError> for Thrown {
+    fn from(error: BodyError) -> Self {
+        RuntimeError::from(error).into()
+    }
+}
+
+impl From<MotionError> for Thrown {
+    fn from(error: MotionError) -> Self {
+        Self {
+            code: "motion",
+            message: error.to_string(),
+        }
+    }
+}

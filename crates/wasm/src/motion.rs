@@ -1,0 +1,117 @@
+//! Clips for a body.
+
+use dynaskin_body::JOINT_COUNT;
+use dynaskin_motion::{
+    Bvh, Clip, JointReport, MODEL_RATE_HZ, Procedural, ProceduralKind, retarget,
+};
+use glam::Vec3;
+use serde_json::{Value, json};
+use wasm_bindgen::prelude::*;
+
+use crate::error::Thrown;
+use crate::pose;
+
+/// A clip at 60 Hz.
+#[wasm_bindgen]
+pub struct CoreMotion {
+    clip: Clip,
+    report: Option<JointReport>,
+}
+
+impl CoreMotion {
+    pub(crate) fn from_bvh(
+        bytes: &[u8],
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+    ) -> Result<Self, Thrown> {
+        let bvh = Bvh::parse(bytes)?;
+        let (clip, report) = retarget(&bvh, joints_rest_m)?;
+        Ok(Self {
+            clip: clip.resampled(MODEL_RATE_HZ)?,
+            report: Some(report),
+        })
+    }
+
+    /// `parameters` are tempo (Hz), height (m) and duration (s), each with a default.
+    pub(crate) fn procedural(
+        name: &str,
+        parameters: (Option<f64>, Option<f64>, Option<f64>),
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+    ) -> Result<Self, Thrown> {
+        let kind = ProceduralKind::from_name(name).ok_or_else(|| {
+            let names = ProceduralKind::ALL.map(ProceduralKind::name).join(", ");
+            Thrown::argument(format!("There is no motion `{name}`; there are {names}."))
+        })?;
+        let mut motion = Procedural::new(kind);
+        let (tempo_hz, height_m, duration_seconds) = parameters;
+        motion.tempo_hz = tempo_hz.unwrap_or(motion.tempo_hz);
+        motion.height_m = height_m.unwrap_or(motion.height_m);
+        motion.duration_seconds = duration_seconds.unwrap_or(motion.duration_seconds);
+        Ok(Self {
+            clip: motion.clip(joints_rest_m)?,
+            report: None,
+        })
+    }
+}
+
+#[wasm_bindgen]
+impl CoreMotion {
+    /// Name of the clip; empty for a file, which its host knows the name of.
+    #[wasm_bindgen(getter)]
+    pub fn name(&self) -> String {
+        self.clip.name.clone()
+    }
+
+    /// Time from the first to the last frame.
+    #[wasm_bindgen(getter, js_name = durationSeconds)]
+    pub fn duration_seconds(&self) -> f64 {
+        self.clip.duration_seconds()
+    }
+
+    /// Names of the motions that can be made.
+    #[wasm_bindgen(js_name = proceduralNames)]
+    pub fn procedural_names() -> Vec<String> {
+        ProceduralKind::ALL
+            .map(|kind| kind.name().to_owned())
+            .into()
+    }
+
+    /// Writes the pose at `time_seconds` into the 99 numbers of `out`.
+    ///
+    /// # Errors
+    /// Throws `argument` for an array of another length or a time that is not finite.
+    #[wasm_bindgen(js_name = poseAt)]
+    pub fn pose_at(&self, time_seconds: f64, out: &mut [f64]) -> Result<(), JsValue> {
+        if !time_seconds.is_finite() {
+            let message = format!("The time is {time_seconds} s; give a finite number.");
+            return Err(Thrown::argument(message).into());
+        }
+        Ok(pose::to_numbers(&self.clip.pose_at(time_seconds), out)?)
+    }
+
+    /// For a file, what became of its joints: an object with `mapped`, `missing`, `unmapped`,
+    /// `unit` and `frameSeconds`; for other clips null.
+    ///
+    /// # Errors
+    /// None in practice: the report is valid JSON.
+    #[wasm_bindgen(js_name = jointReport)]
+    pub fn joint_report(&self) -> Result<JsValue, JsValue> {
+        match &self.report {
+            Some(report) => js_sys::JSON::parse(&report_json(report).to_string()),
+            None => Ok(JsValue::NULL),
+        }
+    }
+}
+
+fn report_json(report: &JointReport) -> Value {
+    let mapped = report
+        .mapped
+        .iter()
+        .map(|(joint, source)| json!({ "joint": joint.name(), "source": source }));
+    json!({
+        "mapped": mapped.collect::<Vec<_>>(),
+        "missing": report.missing.iter().map(|joint| joint.name()).collect::<Vec<_>>(),
+        "unmapped": report.unmapped,
+        "unit": report.unit.name(),
+        "frameSeconds": report.frame_seconds,
+    })
+}
