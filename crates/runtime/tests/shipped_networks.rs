@@ -31,7 +31,13 @@ impl Network {
         let outputs = model
             .outputs
             .iter()
-            .map(|outlet| model.outlet_labels.get(outlet).cloned().context("unnamed output"))
+            .map(|outlet| {
+                model
+                    .outlet_labels
+                    .get(outlet)
+                    .cloned()
+                    .context("unnamed output")
+            })
             .collect::<Result<_>>()?;
         let model = model.into_optimized()?;
         let inputs = model
@@ -39,7 +45,10 @@ impl Network {
             .iter()
             .map(|outlet| {
                 let fact = model.outlet_fact(*outlet)?;
-                let width = fact.shape[1].to_usize()?;
+                let width = fact
+                    .shape
+                    .as_concrete()
+                    .context("an input without fixed shape")?[1];
                 Ok((model.node(outlet.node).name.clone(), width))
             })
             .collect::<Result<_>>()?;
@@ -74,7 +83,11 @@ fn hop_features(folder: &Path) -> Result<Vec<Vec<f32>>> {
     let clip = Procedural::new(ProceduralKind::Hop).clip(&joints_m)?;
     let features = clip_features(FeatureKind::Inertial, &clip, &joints_m, &shape)?;
     let width = FeatureKind::Inertial.count();
-    Ok(features.chunks(width).take(180).map(<[f32]>::to_vec).collect())
+    Ok(features
+        .chunks(width)
+        .take(180)
+        .map(<[f32]>::to_vec)
+        .collect())
 }
 
 /// Latent and offsets of every tick.
@@ -96,7 +109,9 @@ fn run_tract(folder: &Path, features: &[Vec<f32>]) -> Result<Value> {
         let outputs = predictor.run(&inputs)?;
         let output = |name: &str| {
             let place = predictor.outputs.iter().position(|other| other == name);
-            place.map(|idx| outputs[idx].clone()).context(format!("no output {name}"))
+            place
+                .map(|idx| outputs[idx].clone())
+                .context(format!("no output {name}"))
         };
         for (slot, (name, _)) in predictor.inputs.iter().enumerate() {
             if name.starts_with("state_") {

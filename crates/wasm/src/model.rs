@@ -30,7 +30,7 @@ impl CoreBody {
     fn read(bundle_json: &[u8], body_glb: &[u8]) -> Result<Self, Thrown> {
         let bundle = Bundle::from_json(bundle_json)?;
         bundle.body.verify(body_glb)?;
-        let body = Arc::new(dynaskin_body::read_glb(body_glb)?);
+        let body = Arc::new(BodyModel::from_glb(body_glb)?);
         Ok(Self {
             model: Arc::new(Model::body_only(Arc::clone(&body))),
             body,

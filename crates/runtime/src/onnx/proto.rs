@@ -107,7 +107,7 @@ pub(super) fn numbers(
         Numbers::Half(list) => (list.len(), list.iter().all(|n| n.is_finite()), 2),
         Numbers::Integers(list) => (list.len(), true, 8),
     };
-    if got != count || raw.len() % number_bytes != 0 {
+    if got != count || !raw.len().is_multiple_of(number_bytes) {
         return Err(problem(format!(
             "its shape {shape:?} asks for {count} numbers, the file holds {got}"
         )));
