@@ -116,3 +116,123 @@ pub fn check_range(name: &'static str, got: f64, low: f64, high: f64) -> Result<
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The left hip turns about a slanted axis at 2 rad/s while the root moves at (1, 2, 3) m/s.
+    fn turning(rate_hz: f64, frames: usize) -> Clip {
+        let axis = DVec3::new(1.0, 2.0, -2.0).normalize();
+        let pose = |time: f64| {
+            let mut pose = Pose::REST;
+            pose.root_translation_m = time * DVec3::new(1.0, 2.0, 3.0);
+            pose.parent_from_joint[Joint::LeftHip as usize] =
+                DQuat::from_axis_angle(axis, 2.0 * time);
+            pose
+        };
+        Clip {
+            name: "turning".to_owned(),
+            rate_hz,
+            frames: (0..frames)
+                .map(|frame| pose(frame as f64 / rate_hz))
+                .collect(),
+        }
+    }
+
+    #[track_caller]
+    fn check_same(a: &Clip, b: &Clip) {
+        assert_eq!((a.rate_hz, a.frames.len()), (b.rate_hz, b.frames.len()));
+        for (a, b) in a.frames.iter().zip(&b.frames) {
+            assert!(a.root_translation_m.distance(b.root_translation_m) < 1e-9);
+            for (a, b) in a.parent_from_joint.iter().zip(b.parent_from_joint) {
+                assert!(a.dot(b).abs() > 1.0 - 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn resampling_keeps_constant_speeds_exactly() {
+        let at_30 = turning(30.0, 31);
+        check_same(&at_30.resampled(60.0).unwrap(), &turning(60.0, 61));
+        check_same(&at_30.resampled(23.0).unwrap(), &turning(23.0, 24));
+        check_same(
+            &turning(120.0, 241).resampled(60.0).unwrap(),
+            &turning(60.0, 121),
+        );
+        check_same(&at_30.resampled(30.0).unwrap(), &at_30);
+        // 1 / 0.0166667 Hz, as files say, is not quite 60 Hz: no frame gets lost.
+        let rounded = Clip {
+            rate_hz: 1.0 / 0.0166667,
+            ..turning(60.0, 61)
+        };
+        assert_eq!(rounded.resampled(60.0).unwrap().frames.len(), 61);
+    }
+
+    #[test]
+    fn time_scaling_changes_speed_and_length() {
+        let twice = turning(60.0, 121).time_scaled(2.0).unwrap();
+        assert_eq!((twice.frames.len(), twice.rate_hz), (61, 60.0));
+        assert!((twice.frames[30].root_translation_m.x - 1.0).abs() < 1e-12);
+        let half = turning(60.0, 121).time_scaled(0.5).unwrap();
+        assert_eq!(half.frames.len(), 241);
+    }
+
+    #[test]
+    fn a_mirrored_clip_is_the_mirror_image() {
+        let clip = turning(60.0, 20);
+        check_same(&clip.mirrored().mirrored(), &clip);
+        // A symmetric skeleton: joint k of the mirrored pose is where the mirror shows the twin.
+        let mut joints_m = [glam::Vec3::ZERO; dynaskin_body::JOINT_COUNT];
+        for joint in Joint::ALL {
+            let (own, twin) = (joint as usize, joint.mirrored() as usize);
+            // Left joints come first.
+            let aside_m = 0.2 * (twin as f32 - own as f32);
+            joints_m[own] = glam::Vec3::new(aside_m, 0.1 * own.max(twin) as f32, 0.3);
+        }
+        for (pose, mirrored) in clip.frames.iter().zip(clip.mirrored().frames) {
+            let (world, image) = (
+                pose.world_joints(&joints_m),
+                mirrored.world_joints(&joints_m),
+            );
+            for joint in Joint::ALL {
+                let expected =
+                    world.position_m[joint.mirrored() as usize] * DVec3::new(-1.0, 1.0, 1.0);
+                assert!(
+                    image.position_m[joint as usize].distance(expected) < 1e-6,
+                    "{}",
+                    joint.name()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_rates_and_lengths_are_refused() {
+        let clip = turning(30.0, 31);
+        for bad in [0.0, -60.0, f64::NAN, f64::INFINITY] {
+            assert!(matches!(
+                clip.resampled(bad),
+                Err(MotionError::Parameter { .. })
+            ));
+            assert!(matches!(
+                clip.time_scaled(bad),
+                Err(MotionError::Parameter { .. })
+            ));
+        }
+        let slow = Clip {
+            rate_hz: 0.1,
+            ..turning(30.0, 1000)
+        };
+        assert!(matches!(
+            slow.resampled(1000.0),
+            Err(MotionError::TooLong { .. })
+        ));
+        let empty = Clip {
+            frames: Vec::new(),
+            ..clip
+        };
+        assert!(matches!(empty.resampled(60.0), Err(MotionError::EmptyClip)));
+        assert_eq!(empty.pose_at(1.0), Pose::REST);
+    }
+}

@@ -4,7 +4,7 @@ mod common;
 
 use std::path::PathBuf;
 
-use common::a_pose_m;
+use common::female_joints_m;
 use dynaskin_body::{Joint, Pose};
 use dynaskin_motion::{Bvh, LengthUnit, retarget};
 
@@ -23,7 +23,7 @@ fn every_training_clip_retargets_with_feet_on_the_floor() {
         );
         return;
     };
-    let rest_m = a_pose_m();
+    let rest_m = female_joints_m();
     let mut count = 0;
     for entry in folder {
         let path = entry.unwrap().path();
@@ -59,8 +59,8 @@ fn every_training_clip_retargets_with_feet_on_the_floor() {
             .collect();
         lowest_m.sort_by(f64::total_cmp);
         let typical_m = lowest_m[lowest_m.len() / 10];
-        assert!((0.0..0.06).contains(&typical_m), "{name}: {typical_m}");
-        assert!(lowest_m[0] > -0.05, "{name}: {}", lowest_m[0]);
+        assert!((-0.03..0.06).contains(&typical_m), "{name}: {typical_m}");
+        assert!(lowest_m[0] > -0.1, "{name}: {}", lowest_m[0]);
     }
     assert_eq!(count, 170);
 }
