@@ -19,6 +19,8 @@ mod region;
 mod sex;
 mod skeleton;
 mod skinning;
+#[cfg(feature = "smpl")]
+mod smpl;
 
 pub use error::BodyError;
 pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};

@@ -1,11 +1,14 @@
 //! The body model's data and the equations that turn shape coefficients into a rest surface.
 
-use glam::Vec3;
+use glam::{DMat3, Vec3};
 
-use crate::{JOINT_COUNT, REGION_COUNT};
+use crate::{JOINT_COUNT, Pose, REGION_COUNT};
 
 /// Number of shape coefficients β.
 pub const SHAPE_COUNT: usize = 10;
+
+/// Number of SMPL's pose corrective fields: nine entries of `R - I` for every joint but the pelvis.
+pub const POSE_DIR_COUNT: usize = 9 * (JOINT_COUNT - 1);
 
 /// Number of vertices of SMPL's mesh and of the default bodies.
 pub const SMPL_VERTEX_COUNT: usize = 6_890;
@@ -97,6 +100,26 @@ impl BodyModel {
             positions_m,
             joints_m,
             thickness_m,
+        }
+    }
+
+    /// Adds SMPL's pose correctives to rest positions (metres); nothing where the model has none.
+    ///
+    /// Eq. 3 of Casas & Otaduy 2018: each entry of `R - I` of every joint but the pelvis scales
+    /// one displacement field.
+    pub fn add_pose_correctives(&self, pose: &Pose, rest_m: &mut [Vec3]) {
+        for (row, dirs) in self.pose_dirs_m.iter().enumerate() {
+            let (joint, entry) = (1 + row / 9, row % 9);
+            let Some(&rotation) = pose.parent_from_joint.get(joint) else {
+                break;
+            };
+            let identity = if entry % 4 == 0 { 1.0 } else { 0.0 };
+            // Rows of R are numbered first; glam keeps columns.
+            let matrix = DMat3::from_quat(rotation);
+            let factor = (matrix.col(entry % 3)[entry / 3] - identity) as f32;
+            for (position, dir) in rest_m.iter_mut().zip(dirs) {
+                *position += factor * *dir;
+            }
         }
     }
 

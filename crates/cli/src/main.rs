@@ -13,6 +13,9 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Make body models.
+    #[command(subcommand)]
+    Body(commands::body::BodyCommand),
     /// Simulate soft tissue under motions: training data.
     Simulate(commands::simulate::SimulateArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
@@ -23,6 +26,7 @@ enum Command {
 
 fn main() -> anyhow::Result<()> {
     match Cli::parse().command {
+        Command::Body(command) => commands::body::run(&command),
         Command::Simulate(args) => commands::simulate::run(&args),
         Command::Train(args) => commands::train::run(&args),
         Command::Evaluate(args) => commands::train::run_evaluate(&args),

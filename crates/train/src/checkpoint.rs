@@ -97,7 +97,9 @@ impl Checkpoint {
         if best {
             replace(self.best(), &|part| plain.clone().into_record().save(part))?;
         }
-        replace(self.weights(), &|part| plain.clone().into_record().save(part))?;
+        replace(self.weights(), &|part| {
+            plain.clone().into_record().save(part)
+        })?;
         replace(self.optimizer(), &|part| optimizer.to_record().save(part))?;
         self.write_losses(history)?;
         let state = serde_json::to_string_pretty(&State {
@@ -145,8 +147,8 @@ impl Checkpoint {
         }
         let model = load_weights(&self.weights(), model)?;
         let path = self.optimizer();
-        let record = OptimizerRecord::load(&path)
-            .map_err(|error| unusable(&path, error.to_string()))?;
+        let record =
+            OptimizerRecord::load(&path).map_err(|error| unusable(&path, error.to_string()))?;
         *optimizer = optimizer.clone().load_record(record);
         Ok((model, state.history))
     }

@@ -59,7 +59,9 @@ pub enum TrainError {
         got: usize,
     },
     /// A clip is not at the model rate.
-    #[error("{path} has {got_hz} frames a second; models tick at 60, so resample before simulating")]
+    #[error(
+        "{path} has {got_hz} frames a second; models tick at 60, so resample before simulating"
+    )]
     ClipRate {
         /// The clip.
         path: PathBuf,

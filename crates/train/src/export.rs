@@ -184,7 +184,9 @@ impl Folded {
         for row in poles.chunks_exact_mut(2 * sizes.springs) {
             row[sizes.springs..].iter_mut().for_each(|w| *w = -*w);
         }
-        poles_bias[sizes.springs..].iter_mut().for_each(|w| *w = -*w);
+        poles_bias[sizes.springs..]
+            .iter_mut()
+            .for_each(|w| *w = -*w);
         let mut from_input = flat(predictor.from_code.val());
         for row in scaled_rows(&predictor.from_shape.val(), shape_scale).chunks_exact(3 * hidden) {
             from_input.extend_from_slice(row);
@@ -229,12 +231,7 @@ impl Folded {
         graph.weights(name, &shape, numbers, Precision::Single)
     }
 
-    fn vector(
-        &self,
-        graph: &mut Graph,
-        name: &str,
-        numbers: &[f32],
-    ) -> Result<Value, WriteError> {
+    fn vector(&self, graph: &mut Graph, name: &str, numbers: &[f32]) -> Result<Value, WriteError> {
         graph.weights(name, &[numbers.len()], numbers, Precision::Single)
     }
 }

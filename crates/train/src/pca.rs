@@ -180,7 +180,9 @@ mod tests {
         swap(&field, &mut swapped);
         let (latent, expected) = (basis.project(&field), basis.project(&swapped));
         for to in 0..6 {
-            let got: f32 = (0..6).map(|from| latent[from] * induced[from * 6 + to]).sum();
+            let got: f32 = (0..6)
+                .map(|from| latent[from] * induced[from * 6 + to])
+                .sum();
             assert!((got - expected[to]).abs() < 1e-5);
         }
     }

@@ -54,7 +54,9 @@ pub fn prepare(
     let training = data_set.of_set(Set::Training).count();
     let validation = data_set.of_set(Set::Validation).count();
     let all = 2 * training + validation;
-    let sample = sample_offsets(data_set, config, mirror.as_ref(), |done| progress(done, all))?;
+    let sample = sample_offsets(data_set, config, mirror.as_ref(), |done| {
+        progress(done, all)
+    })?;
     let basis = Basis::fit(&sample, config.components, config.seed)?;
     drop(sample);
 
@@ -91,12 +93,7 @@ struct RawSequence {
     set: Set,
 }
 
-fn normalised(
-    raw: Vec<RawSequence>,
-    basis: Basis,
-    model: &BodyModel,
-    vertices: usize,
-) -> Prepared {
+fn normalised(raw: Vec<RawSequence>, basis: Basis, model: &BodyModel, vertices: usize) -> Prepared {
     let kind = FeatureKind::Inertial;
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let normaliser = Normaliser::fit(

@@ -210,7 +210,10 @@ mod tests {
         let split = Split::default();
         assert!(!split.test_subjects.is_empty() && !split.test_shapes.is_empty());
         for trial in &split.validation_trials {
-            assert!(!split.test_trials.contains(trial), "{trial} is on both sides");
+            assert!(
+                !split.test_trials.contains(trial),
+                "{trial} is on both sides"
+            );
         }
     }
 }

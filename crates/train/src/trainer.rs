@@ -7,11 +7,11 @@ use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 
+use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
 use crate::config::TrainConfig;
 use crate::lanes::{Batch, Lanes, Sequence};
 use crate::predictor::{Predictor, PredictorSizes};
-use crate::TrainError;
 
 /// Rounds the corner of the loss at zero error, in millimetres: below it frames count as done.
 const LOSS_FLOOR_MM: f32 = 0.05;

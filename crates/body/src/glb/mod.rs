@@ -12,7 +12,9 @@
 //! | `thickness` | 11 × V SCALAR i16 | template, then ten directions, steps of [`THICKNESS_STEP_M`] |
 //! | `region_weights` | 6 × V SCALAR u8 | in [`Region::ALL`](crate::Region::ALL) order, 255 is 1 |
 //!
-//! `name` is the body's name and `version` is 1.
+//! `name` is the body's name and `version` is 1. `thickness`, `region_weights` and the colours are
+//! left out where a model knows none. Reading a written body and writing it again gives the same
+//! bytes.
 
 mod read;
 mod write;
@@ -36,6 +38,8 @@ struct BodyExtras {
     name: String,
     joint_template: usize,
     joint_shape_dirs: usize,
-    thickness: usize,
-    region_weights: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    thickness: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    region_weights: Option<usize>,
 }

@@ -17,6 +17,7 @@ impl BodyModel {
     /// # Errors
     /// [`BodyError::Glb`] says which part is missing, out of range or of the wrong type.
     pub fn from_glb(bytes: &[u8]) -> Result<Self, BodyError> {
+        check_length(bytes)?;
         let glb = gltf::binary::Glb::from_slice(bytes)
             .map_err(|error| bad("container", format!("a binary glTF 2.0 file ({error})")))?;
         let root = gltf::json::Root::from_slice(&glb.json)
@@ -38,6 +39,24 @@ fn bad(place: impl Into<String>, expected: impl Into<String>) -> BodyError {
         place: place.into(),
         expected: expected.into(),
     }
+}
+
+/// The `gltf` crate subtracts the header's size from the length written there unchecked.
+fn check_length(bytes: &[u8]) -> Result<(), BodyError> {
+    let written = match bytes.get(8..12) {
+        Some(&[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]) as usize,
+        _ => 0,
+    };
+    if written < 12 || written > bytes.len() {
+        return Err(bad(
+            "container",
+            format!(
+                "a header that gives the file's length, {} bytes",
+                bytes.len()
+            ),
+        ));
+    }
+    Ok(())
 }
 
 struct Document<'a> {
@@ -147,21 +166,14 @@ impl Document<'_> {
 
         let joints_m = self.vec3_f32(extras.joint_template, JOINT_COUNT)?;
         let joint_dirs_m = self.vec3_f32(extras.joint_shape_dirs, JOINT_COUNT * SHAPE_COUNT)?;
-        let mut thickness = self
-            .thickness(extras.thickness, n_vertices * (SHAPE_COUNT + 1))?
-            .into_iter();
-        let mut thickness_row = || thickness.by_ref().take(n_vertices).collect::<Vec<f32>>();
-        let thickness_template_m = thickness_row();
-        let thickness_shape_dirs_m = (0..SHAPE_COUNT).map(|_| thickness_row()).collect();
-        let region_weights = self
-            .elements(extras.region_weights, ComponentType::U8, Type::Scalar)?
-            .exactly(n_vertices * REGION_COUNT, "region_weights")?
-            .iter()
-            .map(|element| f32::from(element[0]) / 255.0)
-            .collect::<Vec<f32>>()
-            .chunks_exact(n_vertices)
-            .map(<[f32]>::to_vec)
-            .collect();
+        let (thickness_template_m, thickness_shape_dirs_m) = match extras.thickness {
+            Some(accessor) => self.thickness(accessor, n_vertices)?,
+            None => (Vec::new(), Vec::new()),
+        };
+        let region_weights = match extras.region_weights {
+            Some(accessor) => self.region_weights(accessor, n_vertices)?,
+            None => Vec::new(),
+        };
         Ok(BodyModel {
             name: extras.name,
             template_m,
@@ -325,12 +337,41 @@ impl Document<'_> {
             .collect())
     }
 
-    fn thickness(&self, index: usize, count: usize) -> Result<Vec<f32>, BodyError> {
-        Ok(self
+    /// Thickness at β = 0 and its directions.
+    fn thickness(
+        &self,
+        index: usize,
+        n_vertices: usize,
+    ) -> Result<(Vec<f32>, Vec<Vec<f32>>), BodyError> {
+        let values: Vec<f32> = self
             .elements(index, ComponentType::I16, Type::Scalar)?
-            .exactly(count, "thickness")?
+            .exactly(n_vertices * (SHAPE_COUNT + 1), "thickness")?
             .iter()
             .map(|e| f32::from(i16_at(e, 0)) * THICKNESS_STEP_M)
+            .collect();
+        let (template, dirs) = values.split_at(n_vertices);
+        let dirs = dirs.chunks_exact(n_vertices).map(<[f32]>::to_vec);
+        Ok((template.to_vec(), dirs.collect()))
+    }
+
+    fn region_weights(&self, index: usize, n_vertices: usize) -> Result<Vec<Vec<f32>>, BodyError> {
+        let bytes: Vec<u8> = self
+            .elements(index, ComponentType::U8, Type::Scalar)?
+            .exactly(n_vertices * REGION_COUNT, "region_weights")?
+            .iter()
+            .map(|element| element[0])
+            .collect();
+        let regions: Vec<&[u8]> = bytes.chunks_exact(n_vertices).collect();
+        // Each region's rounding may lift the sum by half a step.
+        let limit = 255 + REGION_COUNT as u32 / 2;
+        let sum = |vertex: usize| -> u32 { regions.iter().map(|w| u32::from(w[vertex])).sum() };
+        if (0..n_vertices).any(|vertex| sum(vertex) > limit) {
+            return Err(bad("region_weights", "a sum of at most 1 at every vertex"));
+        }
+        let weight = |byte: &u8| f32::from(*byte) / 255.0;
+        Ok(regions
+            .iter()
+            .map(|region| region.iter().map(weight).collect())
             .collect())
     }
 }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::{BodyExtras, EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
 use crate::normals::vertex_normals;
-use crate::{BodyModel, JOINT_COUNT, Joint};
+use crate::{BodyError, BodyModel, JOINT_COUNT, Joint, REGION_COUNT, SHAPE_COUNT};
 
 const I16: u32 = 5122;
 const U8: u32 = 5121;
@@ -96,7 +96,12 @@ impl Buffer {
 
 impl BodyModel {
     /// The body as a GLB file; [`BodyModel::from_glb`] reads it back within half a step.
-    pub fn to_glb(&self) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// [`BodyError::Unwritable`] where arrays disagree in length, numbers exceed the range of the
+    /// steps or the model has pose correctives, which the format does not hold.
+    pub fn to_glb(&self) -> Result<Vec<u8>, BodyError> {
+        self.check_writable()?;
         let mut buffer = Buffer::default();
         let n_vertices = self.vertex_count();
         let indices: Vec<u16> = self.faces.iter().flatten().map(|&v| v as u16).collect();
@@ -190,7 +195,65 @@ impl BodyModel {
             "bufferViews": buffer.views,
             "buffers": [{ "byteLength": buffer.bytes.len() }],
         });
-        container(document.to_string().into_bytes(), buffer.bytes)
+        Ok(container(document.to_string().into_bytes(), buffer.bytes))
+    }
+
+    fn check_writable(&self) -> Result<(), BodyError> {
+        let count = self.vertex_count();
+        let over_vertices = |len: usize| len == 0 || len == count;
+        let in_steps = |x: f32, step_m: f32| (x / step_m).abs() <= f32::from(i16::MAX);
+        let points_fit = |points: &[Vec3]| {
+            let fits = |p: &Vec3| p.to_array().iter().all(|&x| in_steps(x, POSITION_STEP_M));
+            points.iter().all(fits)
+        };
+        let thickness_fits = |row: &Vec<f32>| {
+            row.len() == count && row.iter().all(|&t| in_steps(t, THICKNESS_STEP_M))
+        };
+        let checks = [
+            (
+                "1 to 65,535 vertices",
+                (1..=usize::from(u16::MAX)).contains(&count),
+            ),
+            ("faces over the vertices", {
+                self.faces.iter().flatten().all(|&v| (v as usize) < count)
+            }),
+            ("skin weights for every vertex", self.skin.len() == count),
+            (
+                "ten shape directions over the vertices and joints",
+                self.shape_dirs_m.len() == SHAPE_COUNT
+                    && self.joint_shape_dirs_m.len() == SHAPE_COUNT
+                    && self.shape_dirs_m.iter().all(|dirs| dirs.len() == count),
+            ),
+            (
+                "positions within 3.2 m",
+                points_fit(&self.template_m) && self.shape_dirs_m.iter().all(|d| points_fit(d)),
+            ),
+            (
+                "no thickness, or eleven rows within 0.32 m",
+                (self.thickness_template_m.is_empty() && self.thickness_shape_dirs_m.is_empty())
+                    || thickness_fits(&self.thickness_template_m)
+                        && self.thickness_shape_dirs_m.len() == SHAPE_COUNT
+                        && self.thickness_shape_dirs_m.iter().all(thickness_fits),
+            ),
+            (
+                "no region weights, or six rows over the vertices",
+                self.region_weights.is_empty()
+                    || self.region_weights.len() == REGION_COUNT
+                        && self.region_weights.iter().all(|row| row.len() == count),
+            ),
+            (
+                "no colours, or one per vertex",
+                over_vertices(self.colors_srgba.len()),
+            ),
+            ("no pose correctives", self.pose_dirs_m.is_empty()),
+        ];
+        match checks.iter().find(|(_, fits)| !fits) {
+            None => Ok(()),
+            Some((what, _)) => Err(BodyError::Unwritable {
+                what,
+                got: format!("model `{}` of {count} vertices", self.name),
+            }),
+        }
     }
 
     fn extras(&self, buffer: &mut Buffer) -> MeshExtras {
@@ -218,12 +281,12 @@ impl BodyModel {
                 name: self.name.clone(),
                 joint_template: buffer.vec3_f32(&self.joint_template_m, None),
                 joint_shape_dirs: buffer.vec3_f32(self.joint_shape_dirs_m.as_flattened(), None),
-                thickness: buffer.push(
-                    bytemuck::cast_slice(&thickness),
-                    &flat(I16, thickness.len()),
-                    json!({}),
-                ),
-                region_weights: buffer.push(&regions, &flat(U8, regions.len()), json!({})),
+                thickness: (!thickness.is_empty()).then(|| {
+                    let bytes = bytemuck::cast_slice(&thickness);
+                    buffer.push(bytes, &flat(I16, thickness.len()), json!({}))
+                }),
+                region_weights: (!regions.is_empty())
+                    .then(|| buffer.push(&regions, &flat(U8, regions.len()), json!({}))),
             },
         }
     }

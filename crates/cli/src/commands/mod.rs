@@ -1,4 +1,5 @@
 //! One module per subcommand.
 
+pub mod body;
 pub mod simulate;
 pub mod train;

@@ -132,12 +132,25 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     let mut epochs_seen = 0;
     let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
         epochs_seen += 1;
-        say(&epoch_line(epoch, config.epochs, epochs_seen, start.elapsed()));
+        say(&epoch_line(
+            epoch,
+            config.epochs,
+            epochs_seen,
+            start.elapsed(),
+        ));
     })?;
 
-    let predictor_onnx = predictor_onnx(&predictor, &prepared.normaliser, &prepared.data.deviation_m)?;
+    let predictor_onnx =
+        predictor_onnx(&predictor, &prepared.normaliser, &prepared.data.deviation_m)?;
     let decoder_onnx = decoder_onnx(&prepared.basis, Precision::Half)?;
-    let facts = facts(&data_set, &prepared, &config, split, &best, checkpoint.seconds()?);
+    let facts = facts(
+        &data_set,
+        &prepared,
+        &config,
+        split,
+        &best,
+        checkpoint.seconds()?,
+    );
     let parts = BundleParts {
         name: &body.name,
         body_glb: &body_glb,
@@ -182,7 +195,10 @@ fn split_of(args: &EvaluateArgs, bundle: &Bundle) -> anyhow::Result<Split> {
         return Ok(Split::read(path)?);
     }
     let stored = bundle.training.get("split").with_context(|| {
-        format!("{} does not tell what was held out: give --split", args.model.display())
+        format!(
+            "{} does not tell what was held out: give --split",
+            args.model.display()
+        )
     })?;
     serde_json::from_value(stored.clone())
         .with_context(|| format!("the split stored in {} is damaged", args.model.display()))
@@ -215,7 +231,9 @@ fn facts(
     seconds: f64,
 ) -> TrainingFacts {
     let training = || data_set.of_set(Set::Training);
-    let captured = training().filter(|clip| clip.name.subject.is_some()).count();
+    let captured = training()
+        .filter(|clip| clip.name.subject.is_some())
+        .count();
     let shapes: BTreeSet<&str> = training().map(|clip| clip.name.shape.as_str()).collect();
     let kinds: BTreeSet<&str> = training()
         .filter(|clip| clip.name.subject.is_none())
@@ -252,7 +270,9 @@ fn facts(
 }
 
 fn listing(data_set: &DataSet) -> String {
-    let sets = [Set::Training, Set::Validation].into_iter().chain(Set::TEST);
+    let sets = [Set::Training, Set::Validation]
+        .into_iter()
+        .chain(Set::TEST);
     let mut text = format!(
         "{}: {} clips over {} vertices",
         data_set.dir.display(),
@@ -262,7 +282,10 @@ fn listing(data_set: &DataSet) -> String {
     for set in sets {
         let frames: usize = data_set.of_set(set).map(|clip| clip.frames).sum();
         let clips = data_set.of_set(set).count();
-        text.push_str(&format!("\n  {:24} {clips:4} clips {frames:7} frames", set.name()));
+        text.push_str(&format!(
+            "\n  {:24} {clips:4} clips {frames:7} frames",
+            set.name()
+        ));
     }
     text
 }
@@ -287,9 +310,7 @@ fn summary(report: &Report) -> String {
     );
     for set in &report.sets {
         let soft = ("all soft".to_owned(), set.soft);
-        for (index, (region, errors)) in
-            std::iter::once(&soft).chain(&set.regions).enumerate()
-        {
+        for (index, (region, errors)) in std::iter::once(&soft).chain(&set.regions).enumerate() {
             let name = if index == 0 { set.set.name() } else { "" };
             text.push_str(&format!(
                 "\n{name:24} {region:12} {:9.2} {:9.2} {:9.2} {:13.3}",
@@ -298,7 +319,9 @@ fn summary(report: &Report) -> String {
         }
     }
     if let Some(ratio) = report.unseen_motion_ratio() {
-        text.push_str(&format!("\nmotions not trained on: error / static {ratio:.3}"));
+        text.push_str(&format!(
+            "\nmotions not trained on: error / static {ratio:.3}"
+        ));
     }
     text.push_str(&format!(
         "\nafter ten seconds at rest: {:.5} mm",

@@ -1,0 +1,189 @@
+//! Bodies as GLB: the round trip, and files that are not what they should be.
+
+mod common;
+
+use std::sync::LazyLock;
+
+use common::{body, default_bodies, glb, tetrahedron};
+use dynaskin_body::{BodyError, BodyModel, SHAPE_COUNT};
+use glam::Vec3;
+use proptest::prelude::*;
+
+static SMALL: LazyLock<Vec<u8>> = LazyLock::new(|| tetrahedron().to_glb().unwrap());
+
+fn assert_same(a: &BodyModel, b: &BodyModel) {
+    assert_eq!(a.name, b.name);
+    assert_eq!(a.template_m, b.template_m);
+    assert_eq!(a.faces, b.faces);
+    assert_eq!(a.shape_dirs_m, b.shape_dirs_m);
+    assert_eq!(a.joint_template_m, b.joint_template_m);
+    assert_eq!(a.joint_shape_dirs_m, b.joint_shape_dirs_m);
+    assert_eq!(a.skin, b.skin);
+    assert_eq!(a.thickness_template_m, b.thickness_template_m);
+    assert_eq!(a.thickness_shape_dirs_m, b.thickness_shape_dirs_m);
+    assert_eq!(a.region_weights, b.region_weights);
+    assert_eq!(a.colors_srgba, b.colors_srgba);
+}
+
+#[test]
+fn a_read_body_survives_writing_and_reading() {
+    for original in default_bodies() {
+        let bytes = original.to_glb().unwrap();
+        assert_same(&original, &body(&bytes));
+        assert_eq!(body(&bytes).to_glb().unwrap(), bytes);
+    }
+}
+
+#[test]
+fn quantisation_moves_no_vertex_by_more_than_a_tenth_of_a_millimetre() {
+    let mut original = common::default_bodies().remove(0);
+    // Coordinates that no step hits: the committed body itself is already on the steps.
+    for (vertex, position) in original.template_m.iter_mut().enumerate() {
+        let phase = vertex as f32;
+        *position += 5e-5 * Vec3::new(phase.sin(), (1.7 * phase).sin(), (2.3 * phase).cos());
+    }
+    let read = body(&original.to_glb().unwrap());
+    let worst_m = original
+        .template_m
+        .iter()
+        .zip(&read.template_m)
+        .map(|(a, b)| a.distance(*b))
+        .fold(0.0, f32::max);
+    assert!(worst_m > 0.0 && worst_m < 1e-4, "{worst_m}");
+}
+
+#[test]
+fn a_body_without_thickness_regions_and_colours_survives() {
+    let mut plain = tetrahedron();
+    plain.thickness_template_m.clear();
+    plain.thickness_shape_dirs_m.clear();
+    plain.region_weights.clear();
+    plain.colors_srgba.clear();
+    let read = body(&plain.to_glb().unwrap());
+    assert!(read.thickness_template_m.is_empty() && read.thickness_shape_dirs_m.is_empty());
+    assert!(read.region_weights.is_empty() && read.colors_srgba.is_empty());
+    assert_eq!(read.softness(0), 0.0);
+}
+
+#[test]
+fn models_that_do_not_fit_are_refused() {
+    let refused = |change: fn(&mut BodyModel)| {
+        let mut model = tetrahedron();
+        change(&mut model);
+        let error = model.to_glb().unwrap_err();
+        assert!(matches!(error, BodyError::Unwritable { .. }), "{error}");
+    };
+    refused(|model| model.template_m[0].x = 4.0);
+    refused(|model| model.template_m[0].x = f32::NAN);
+    refused(|model| model.faces[0][0] = 4);
+    refused(|model| model.thickness_template_m[0] = 0.5);
+    refused(|model| model.pose_dirs_m = vec![vec![Vec3::ZERO; 4]; 207]);
+    refused(|model| {
+        model.shape_dirs_m.pop();
+    });
+    refused(|model| {
+        model.skin.pop();
+    });
+}
+
+#[test]
+fn truncated_files_are_refused() {
+    for length in 0..SMALL.len() {
+        assert!(
+            BodyModel::from_glb(&SMALL[..length]).is_err(),
+            "{length} bytes"
+        );
+    }
+    let large = glb("female");
+    for length in (0..large.len()).step_by(50_021) {
+        assert!(
+            BodyModel::from_glb(&large[..length]).is_err(),
+            "{length} bytes"
+        );
+    }
+}
+
+#[test]
+fn a_header_that_lies_about_its_length_is_refused() {
+    for length in [0u32, 11, 12, 19, SMALL.len() as u32 + 1, u32::MAX] {
+        let mut bytes = SMALL.clone();
+        bytes[8..12].copy_from_slice(&length.to_le_bytes());
+        let outcome = BodyModel::from_glb(&bytes);
+        assert!(outcome.is_err() || (12..=SMALL.len() as u32).contains(&length));
+    }
+}
+
+/// The file with `from` replaced by `to` in its JSON, chunk lengths put right.
+fn with_json(from: &str, to: &str) -> Vec<u8> {
+    let json_length = u32::from_le_bytes(SMALL[12..16].try_into().unwrap()) as usize;
+    let json = std::str::from_utf8(&SMALL[20..20 + json_length]).unwrap();
+    assert!(json.contains(from), "{from} is not in the file");
+    let mut json = json.replacen(from, to, 1).into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let rest = &SMALL[20 + json_length..];
+    let mut bytes = SMALL[..8].to_vec();
+    bytes.extend(((20 + json.len() + rest.len()) as u32).to_le_bytes());
+    bytes.extend((json.len() as u32).to_le_bytes());
+    bytes.extend(b"JSON");
+    bytes.extend(json);
+    bytes.extend(rest);
+    bytes
+}
+
+#[test]
+fn nonsense_in_the_json_is_refused() {
+    assert!(BodyModel::from_glb(&with_json("\"count\":4", "\"count\":4")).is_ok());
+    for (from, to) in [
+        ("\"count\":4", "\"count\":400000000000"),
+        ("\"count\":4", "\"count\":18446744073709551615"),
+        ("\"byteOffset\":0", "\"byteOffset\":18446744073709551615"),
+        ("\"byteStride\":8", "\"byteStride\":18446744073709551615"),
+        ("\"byteStride\":8", "\"byteStride\":1"),
+        ("\"bufferView\":1", "\"bufferView\":99"),
+        ("\"buffer\":0", "\"buffer\":7"),
+        ("\"POSITION\":", "\"TANGENT\":"),
+        ("\"dynaskin\":{", "\"other\":{"),
+        ("\"thickness\":", "\"thickness\":9999,\"x\":"),
+        ("\"componentType\":5122", "\"componentType\":5126"),
+        ("\"version\":1", "\"version\":2"),
+    ] {
+        let outcome = BodyModel::from_glb(&with_json(from, to));
+        assert!(outcome.is_err(), "{from} -> {to}");
+    }
+}
+
+#[test]
+fn a_joint_that_is_not_a_number_is_refused() {
+    let needle: Vec<u8> = tetrahedron().joint_template_m[5]
+        .to_array()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let at = SMALL.windows(12).position(|w| w == needle).unwrap();
+    let mut bytes = SMALL.clone();
+    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert!(BodyModel::from_glb(&bytes).is_err());
+}
+
+proptest! {
+    #[test]
+    fn flipped_bytes_give_an_error_or_a_sound_body(
+        flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)
+    ) {
+        let mut bytes = SMALL.clone();
+        for (index, value) in flips {
+            let at = index.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Ok(body) = BodyModel::from_glb(&bytes) {
+            let count = body.vertex_count();
+            let shaped = body.shaped(&[1.0; SHAPE_COUNT]);
+            prop_assert!(shaped.positions_m.iter().all(|p| p.is_finite()));
+            prop_assert!(shaped.joints_m.iter().all(|p| p.is_finite()));
+            prop_assert!(body.faces.iter().flatten().all(|&v| (v as usize) < count));
+            prop_assert_eq!(body.skin.len(), count);
+            let weights = body.skin.iter().flat_map(|skin| skin.weights);
+            prop_assert!(weights.into_iter().all(|w| (0.0..=1.01).contains(&w)));
+        }
+    }
+}
