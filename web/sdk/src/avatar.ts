@@ -61,8 +61,8 @@ export class Avatar {
 
   /** @internal */
   get raw(): CoreAvatar {
-    if (this.#raw) return this.#raw;
-    throw new DynaSkinError("disposed", "This avatar was used after dispose().");
+    this.#assertAlive();
+    return this.#raw as CoreAvatar;
   }
 
   /**
@@ -87,17 +87,17 @@ export class Avatar {
    * Zero where the body is not soft.
    */
   get offsets(): Float32Array {
-    return this.#arrays.offsets.view;
+    return this.#view("offsets");
   }
 
   /** Rest-pose positions with the offsets added: `[vertex][x, y, z]` flattened, metres. */
   get positions(): Float32Array {
-    return this.#arrays.positions.view;
+    return this.#view("positions");
   }
 
   /** Unit normals of {@link positions}: `[vertex][x, y, z]` flattened. */
   get normals(): Float32Array {
-    return this.#arrays.normals.view;
+    return this.#view("normals");
   }
 
   /**
@@ -105,7 +105,7 @@ export class Avatar {
    * column-major as WebGL, WebGPU and three.js have them.
    */
   get skinMatrices(): Float32Array {
-    return this.#arrays.skinMatrices.view;
+    return this.#view("skinMatrices");
   }
 
   /** Skins on the CPU with linear blend skinning, for hosts without a GPU and for tests. */
@@ -113,6 +113,18 @@ export class Avatar {
     guard(() => this.raw.skin());
     const { positions, normals } = this.#skinned;
     return { positions: positions.view, normals: normals.view };
+  }
+
+  #view(name: "offsets" | "positions" | "normals" | "skinMatrices"): Float32Array {
+    // A view of freed memory would show whatever is there now.
+    this.#assertAlive();
+    return this.#arrays[name].view;
+  }
+
+  #assertAlive(): void {
+    if (this.#raw === null) {
+      throw new DynaSkinError("disposed", "This avatar was used after dispose().");
+    }
   }
 
   /** Shape coefficients β in standard deviations, {@link SHAPE_LENGTH} of them. */
