@@ -39,7 +39,7 @@ test("shows the body with plain skinning before the networks are there", async (
     dynamics: window.dynaskinDemo?.avatar?.dynamics,
   }));
   expect(early).toEqual({ ready: false, dynamics: false });
-  await expect(page.getByRole("status")).toContainText("networks");
+  await expect(page.locator("#loading")).toContainText("networks");
   letThrough();
   await expect.poll(() => page.evaluate(() => window.dynaskinDemo?.ready)).toBe(true);
   expect(await page.evaluate(() => window.dynaskinDemo?.avatar?.dynamics)).toBe(true);
@@ -78,7 +78,7 @@ test("every control does what it says", async ({ page }) => {
   });
 
   await test.step("motion with tempo and height", async () => {
-    await page.getByLabel("Motion", { exact: true }).selectOption("twist");
+    await page.getByRole("combobox", { name: "Motion" }).selectOption("twist");
     await expect(page.locator("#now-playing")).toContainText("Twist");
     await page.getByLabel("Tempo").fill("0.7");
     await page.getByLabel("Height").fill("0.08");

@@ -1,7 +1,7 @@
 const MIN_DISTANCE_M = 0.5;
 const MAX_DISTANCE_M = 9;
 const RADIANS_PER_PIXEL = 0.006;
-const START = { yawRadians: 0.38, pitchRadians: 0.1, distanceM: 3.8, heightM: 0.92 };
+const START = { yawRadians: 0.38, pitchRadians: 0.1, distanceM: 3.8, heightM: 0.86 };
 
 /** A camera on a sphere around the body: drag orbits, wheel and pinch zoom, two fingers shift. */
 export class OrbitCamera {

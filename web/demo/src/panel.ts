@@ -77,7 +77,7 @@ export class Panel {
     if (!this.#scrubbing) input.value = `${timeSeconds}`;
     showFill(input);
     const text = `${timeSeconds.toFixed(1)} / ${durationSeconds.toFixed(1)} s`;
-    const output = byId<HTMLOutputElement>("time-text");
+    const output = byId("time-text");
     if (output.textContent !== text) output.textContent = text;
   }
 
