@@ -104,8 +104,8 @@ export class Panel {
         apply(value);
         this.#actions.setMotionOptions();
       };
-      const step = (max - min) / 100;
-      const slider = createSlider({ id, label, min, max, step, value: usual, format, onInput });
+      const range = { min, max, step: id === "tempo" ? 0.05 : 0.005, value: usual };
+      const slider = createSlider({ id, label, ...range, format, onInput });
       slider.set(now ?? usual);
       sliders.push(slider);
     };
