@@ -17,8 +17,9 @@ test("draws a body that moves", async ({ page }) => {
   expect(differing(early, late)).toBeGreaterThan(0.03);
 });
 
-test("plays by itself", async ({ page }) => {
+test("plays by itself and says what it learned from", async ({ page }) => {
   await openDemo(page);
+  await expect(page.locator("#about-text")).toContainText(/simulated tissue.*never saw.* \d+ %/);
   const before = await timeSeconds(page);
   await expect.poll(() => timeSeconds(page)).not.toBe(before);
 });

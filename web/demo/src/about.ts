@@ -7,14 +7,16 @@ export function describeModel(bundle: Bundle): void {
   const measured =
     ratio === null
       ? ""
-      : ` On clips it never saw, its error in the soft regions is ${Math.round(ratio * 100)} % of that of plain skinning.`;
+      : ` On motions it never saw, its error in the soft regions is ${Math.round(ratio * 100)} % of that of plain skinning.`;
   byId("about-text").textContent =
     "A recurrent network predicts where the skin is, sixty times a second, in this page. It " +
     "learned from simulated tissue on a CC0 body moved by CMU motion capture, not from " +
     `measurements of people.${measured}`;
 }
 
+/** Error in the soft regions over that of plain skinning, on motions that were held out. */
 function heldOutRatio(bundle: Bundle): number | null {
-  const ratio = bundle.measured.held_out_ratio;
+  const sets = bundle.measured.sets as { set: string; soft?: { ratio?: number } }[] | undefined;
+  const ratio = sets?.find((entry) => entry.set === "unseen-motion")?.soft?.ratio;
   return typeof ratio === "number" ? ratio : null;
 }
