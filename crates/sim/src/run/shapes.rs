@@ -32,7 +32,7 @@ pub(super) fn draw(name: &str, seed: u64, available: usize, draws: usize) -> Vec
         .chain_update(name.as_bytes())
         .finalize();
     // An odd step visits all of an even number of shapes; otherwise step one by one.
-    let step = if available % 2 == 0 {
+    let step = if available.is_multiple_of(2) {
         1 + 2 * (usize::from(digest[1]) % 4)
     } else {
         1
@@ -42,7 +42,7 @@ pub(super) fn draw(name: &str, seed: u64, available: usize, draws: usize) -> Vec
         .collect();
     shapes.sort_unstable();
     shapes.dedup();
-    if digest[2] % 4 == 0 {
+    if digest[2].is_multiple_of(4) {
         let held_out = usize::from(digest[3]) % HELD_OUT_SHAPES.len();
         shapes.push(TRAINING_SHAPES.len() + held_out);
     }
