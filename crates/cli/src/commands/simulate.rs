@@ -15,6 +15,8 @@ use dynaskin_sim::{
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
 
+use super::say;
+
 /// Arguments of `dynaskin simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
@@ -44,6 +46,9 @@ pub struct SimulateArgs {
     /// At most this many frames of each motion.
     #[arg(long, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     limit_frames: Option<usize>,
+    /// Do not simulate mirrored motions: training learns from mirror images of all clips anyway.
+    #[arg(long)]
+    no_mirror: bool,
     /// Only clips whose name contains one of these words (several separated by commas).
     #[arg(long, value_delimiter = ',')]
     filter: Vec<String>,
@@ -69,6 +74,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         seed: args.seed,
         out: args.out.clone(),
         limit_frames: args.limit_frames,
+        mirrored: !args.no_mirror,
         shapes: args.shapes,
     };
     let shell = Shell::for_body(&body, &Run::shape(0), &run.settings)?;
@@ -106,7 +112,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         })
     })?;
     bar.finish_and_clear();
-    summarise(&reports, start.elapsed())
+    summarise(&reports, run.settings.substeps, start.elapsed())
 }
 
 fn settings(args: &SimulateArgs, body: &BodyModel) -> anyhow::Result<SimSettings> {
@@ -177,12 +183,11 @@ fn progress_bar(jobs: &[Job]) -> ProgressBar {
     bar
 }
 
-fn summarise(reports: &[JobReport], elapsed: Duration) -> anyhow::Result<()> {
+fn summarise(reports: &[JobReport], usual_substeps: u32, elapsed: Duration) -> anyhow::Result<()> {
     let (mut written, mut kept, mut retried) = (0, 0, 0);
     let mut frames = 0;
     let mut failed = Vec::new();
     let mut largest: [(f32, &str); REGION_COUNT] = [(0.0, ""); REGION_COUNT];
-    let usual_substeps = SimSettings::default().substeps;
     for report in reports {
         match &report.outcome {
             Outcome::Kept => kept += 1,
@@ -232,10 +237,4 @@ fn hex(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
-}
-
-/// Results go to standard output; the progress bar is on standard error.
-#[allow(clippy::print_stdout)]
-fn say(line: &str) {
-    println!("{line}");
 }

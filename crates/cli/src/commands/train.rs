@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -16,6 +15,8 @@ use dynaskin_train::{
     write_bundle,
 };
 use indicatif::{ProgressBar, ProgressStyle};
+
+use super::say;
 
 /// Arguments of `dynaskin train`.
 #[derive(Debug, Args)]
@@ -337,9 +338,4 @@ fn clip_bar(what: &'static str) -> ProgressBar {
     }
     bar.enable_steady_tick(Duration::from_millis(500));
     bar
-}
-
-/// Prints a line for the user; a closed pipe is no reason to stop training.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
 }
