@@ -24,7 +24,9 @@ mod smpl;
 
 pub use error::BodyError;
 pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};
-pub use model::{BodyModel, SHAPE_COUNT, SMPL_VERTEX_COUNT, ShapedBody, SkinWeights};
+pub use model::{
+    BodyModel, LEAST_THICKNESS_M, SHAPE_COUNT, SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
+};
 pub use normals::{vertex_normals, vertex_normals_into};
 pub use region::{REGION_COUNT, Region};
 pub use sex::Sex;

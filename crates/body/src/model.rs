@@ -7,8 +7,9 @@ use crate::{JOINT_COUNT, Pose, REGION_COUNT};
 /// Number of shape coefficients β.
 pub const SHAPE_COUNT: usize = 10;
 
-/// Number of SMPL's pose corrective fields: nine entries of `R - I` for every joint but the pelvis.
-pub const POSE_DIR_COUNT: usize = 9 * (JOINT_COUNT - 1);
+/// Least thickness of soft tissue in metres: skin and what lies right under it (skin alone is
+/// measured at 1.5-2 mm). The linear thickness of far lean shapes would fall below 0.
+pub const LEAST_THICKNESS_M: f32 = 0.003;
 
 /// Number of vertices of SMPL's mesh and of the default bodies.
 pub const SMPL_VERTEX_COUNT: usize = 6_890;
@@ -62,7 +63,8 @@ pub struct ShapedBody {
     pub positions_m: Vec<Vec3>,
     /// Rest joint positions in metres.
     pub joints_m: [Vec3; JOINT_COUNT],
-    /// Tissue thickness in metres, at least 0, `[vertex]`; empty where the model knows none.
+    /// Tissue thickness in metres, at least [`LEAST_THICKNESS_M`], `[vertex]`; empty where the
+    /// model knows none.
     pub thickness_m: Vec<f32>,
 }
 
@@ -94,7 +96,7 @@ impl BodyModel {
             }
         }
         for thickness in &mut thickness_m {
-            *thickness = thickness.max(0.0);
+            *thickness = thickness.max(LEAST_THICKNESS_M);
         }
         ShapedBody {
             positions_m,
@@ -113,7 +115,7 @@ impl BodyModel {
             let Some(&rotation) = pose.parent_from_joint.get(joint) else {
                 break;
             };
-            let identity = if entry % 4 == 0 { 1.0 } else { 0.0 };
+            let identity = if entry.is_multiple_of(4) { 1.0 } else { 0.0 };
             // Rows of R are numbered first; glam keeps columns.
             let matrix = DMat3::from_quat(rotation);
             let factor = (matrix.col(entry % 3)[entry / 3] - identity) as f32;

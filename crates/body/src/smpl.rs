@@ -10,9 +10,10 @@ use std::io::{Cursor, Read};
 use glam::{DVec3, Vec3};
 use npyz::{NpyFile, Order};
 
-use crate::model::POSE_DIR_COUNT;
 use crate::{BodyError, BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT, SkinWeights};
 
+/// Pose corrective fields: nine entries of `R - I` for every joint but the pelvis.
+const POSE_DIR_COUNT: usize = 9 * (JOINT_COUNT - 1);
 /// More vertices than any body of the family (SMPL-X has 10,475).
 const MAX_VERTICES: usize = 100_000;
 const MAX_FACES: usize = 2 * MAX_VERTICES;

@@ -1,5 +1,8 @@
 //! Bodies as GLB: the round trip, and files that are not what they should be.
 
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use std::sync::LazyLock;

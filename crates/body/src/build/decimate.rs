@@ -1,8 +1,8 @@
 //! Thins the closed base surface to SMPL's vertex count, symmetrically.
 //!
 //! Only vertices are removed, so morphs, weights and the mirror table carry over. The left half
-//! is simplified with its midline locked, then mirrored; trunk and limbs, where the tissue is,
-//! keep their full density.
+//! is simplified with its midline and the vertices beside it locked, then mirrored; trunk and
+//! limbs, where the tissue is, keep their full density.
 
 use std::collections::HashMap;
 
@@ -47,7 +47,7 @@ pub(super) fn thin(
     let simplified = simplify_with_locks(
         &half,
         &adapter,
-        locked,
+        &with_midline(locked, quads, mirror),
         target_index_count,
         1.0,
         SimplifyOptions::LockBorder,
@@ -82,6 +82,21 @@ pub(super) fn thin(
         faces,
         mirror,
     })
+}
+
+/// `locked` and every vertex of a quad that touches the midline. Were the row beside the midline
+/// free, a triangle could end up with all three corners on the midline and coincide with its own
+/// mirror image.
+fn with_midline(locked: &[bool], quads: &[[usize; 4]], mirror: &[(usize, Side)]) -> Vec<bool> {
+    let mut locked = locked.to_vec();
+    for quad in quads {
+        if quad.iter().any(|&v| mirror[v].0 == v) {
+            for &v in quad {
+                locked[v] = true;
+            }
+        }
+    }
+    locked
 }
 
 /// Splits a quad along its shorter diagonal.

@@ -6,6 +6,10 @@ use crate::{Joint, Sex, SkinWeights};
 
 const SKIN_SRGB: Vec3 = Vec3::new(206.0, 176.0, 155.0);
 const CLOTH_SRGB: Vec3 = Vec3::new(38.0, 66.0, 84.0);
+/// Half the width in metres over which cloth fades into skin: about the distance of two vertices.
+/// Narrower, and the border would follow the triangles; as it is, the line where the mixture is
+/// even runs straight through them.
+const FADE_M: f32 = 0.02;
 
 /// sRGB colour and opacity per vertex.
 pub(super) fn colors_srgba(
@@ -39,23 +43,22 @@ pub(super) fn colors_srgba(
                 Joint::RightHip,
                 Joint::Spine1,
             ]);
-            let shorts = step(lower, 0.5, 0.05)
-                * step(0.42 - down_thigh, 0.0, 0.02)
-                * step(joint(Joint::Pelvis).y + 0.05 - position.y, 0.0, 0.006);
+            let thigh_m = hip.distance(knee);
+            let shorts = least([
+                step(lower, 0.5, 0.2),
+                inside_m((0.42 - down_thigh) * thigh_m),
+                inside_m(joint(Joint::Pelvis).y + 0.05 - position.y),
+            ]);
             // Straps over the shoulders, open at the neck.
-            let neckline = chest_top_y + 0.05
-                - 0.55 * (0.085 - mirrored.x.min(0.085))
+            let neckline = chest_top_y + 0.12
+                - 1.3 * (0.085 - mirrored.x.min(0.085))
                 - if position.z < joint(Joint::Spine3).z {
                     -0.03
                 } else {
                     0.02
                 };
-            let strap = step(0.135 - mirrored.x, 0.0, 0.006)
-                + step(
-                    joint(Joint::LeftShoulder).y - 0.045 - position.y,
-                    0.0,
-                    0.006,
-                );
+            let strap = inside_m(0.135 - mirrored.x)
+                .max(inside_m(joint(Joint::LeftShoulder).y - 0.045 - position.y));
             let torso = 1.0
                 - weight(&[
                     Joint::LeftShoulder,
@@ -68,11 +71,13 @@ pub(super) fn colors_srgba(
                     Joint::RightHand,
                     Joint::Head,
                 ]);
-            let top = step(torso, 0.55, 0.05)
-                * strap.min(1.0)
-                * step(neckline - position.y, 0.0, 0.006)
-                * step(position.y - chest_low_y, 0.0, 0.006)
-                * step(position.y - (hip.y - 0.05), 0.0, 0.006);
+            let top = least([
+                step(torso, 0.55, 0.2),
+                strap,
+                inside_m(neckline - position.y),
+                inside_m(position.y - chest_low_y),
+                inside_m(position.y - (hip.y - 0.05)),
+            ]);
             let color = SKIN_SRGB.lerp(CLOTH_SRGB, shorts.max(top));
             [
                 color.x.round() as u8,
@@ -82,6 +87,15 @@ pub(super) fn colors_srgba(
             ]
         })
         .collect()
+}
+
+/// How much cloth lies at `distance_m` inside its border.
+fn inside_m(distance_m: f32) -> f32 {
+    step(distance_m, 0.0, FADE_M)
+}
+
+fn least<const N: usize>(shares: [f32; N]) -> f32 {
+    shares.into_iter().fold(1.0, f32::min)
 }
 
 /// 0 below `edge - width`, 1 above `edge + width`.

@@ -24,6 +24,17 @@ fn lean_thickness_m(sex: Sex, region: Region) -> f32 {
     }
 }
 
+/// How much of what weight adds to the body is fat rather than muscle. On the limbs the weight
+/// slider grows both; the shares bring the distal thigh of the average body to the measured
+/// thickness.
+fn fat_share(sex: Sex, region: Region) -> f32 {
+    match (sex, region) {
+        (Sex::Female, Region::Thighs | Region::Calves | Region::UpperArms) => 0.7,
+        (Sex::Male, Region::Thighs | Region::Calves | Region::UpperArms) => 0.4,
+        _ => 1.0,
+    }
+}
+
 /// Thickness where no region claims the skin, in metres.
 const BARE_THICKNESS_M: f32 = 0.004;
 
@@ -42,21 +53,19 @@ pub(super) fn thickness_m(
         .map(|v| (positions_m[v] - lean_m[v]).dot(normals[v]).max(0.0))
         .collect();
     smooth(&mut fat_m, neighbours, 4);
-    let mut base_m = vec![0.0; fat_m.len()];
-    for (vertex, base) in base_m.iter_mut().enumerate() {
-        *base = BARE_THICKNESS_M
-            + Region::ALL
-                .iter()
-                .map(|&region| {
-                    region_weights[region as usize][vertex]
-                        * (lean_thickness_m(sex, region) - BARE_THICKNESS_M)
-                })
-                .sum::<f32>();
-    }
     fat_m
         .iter()
-        .zip(&base_m)
-        .map(|(fat, base)| fat + base)
+        .enumerate()
+        .map(|(vertex, &fat)| {
+            let by_region = |change: &dyn Fn(Region) -> f32| -> f32 {
+                let weighted =
+                    |&region: &Region| region_weights[region as usize][vertex] * change(region);
+                Region::ALL.iter().map(weighted).sum()
+            };
+            let lean = by_region(&|region| lean_thickness_m(sex, region) - BARE_THICKNESS_M);
+            let share = 1.0 + by_region(&|region| fat_share(sex, region) - 1.0);
+            BARE_THICKNESS_M + lean + share * fat
+        })
         .collect()
 }
 
