@@ -50,6 +50,9 @@ pub struct Run<'a> {
     pub out: PathBuf,
     /// At most this many frames of each motion.
     pub limit_frames: Option<usize>,
+    /// Whether each motion is simulated mirrored, too. Training learns from the mirror image of
+    /// every clip anyway, so mirrored clips only add further shapes.
+    pub mirrored: bool,
     /// Number of training shapes to draw from, at most [`TRAINING_SHAPES`]'s.
     pub shapes: usize,
 }
@@ -124,7 +127,7 @@ impl Run<'_> {
 
     /// The clips to make of these motions, longest first so that threads end together.
     ///
-    /// Each motion and its mirror image is simulated on one training shape drawn by name and seed;
+    /// Each motion and, if wanted, its mirror image is simulated on one training shape drawn by name and seed;
     /// procedural motions, which are few, on two more; every fourth motion also on a held-out one.
     ///
     /// # Errors
@@ -138,7 +141,11 @@ impl Run<'_> {
                 .frames
                 .len()
                 .min(self.limit_frames.unwrap_or(usize::MAX));
-            for mirrored in [false, true] {
+            for &mirrored in if self.mirrored {
+                &[false, true][..]
+            } else {
+                &[false]
+            } {
                 let name = format!("{}{mirrored}", motion.name());
                 let draws = if motion.is_procedural() { 3 } else { 1 };
                 for shape in shapes::draw(&name, self.seed, self.shapes, draws) {

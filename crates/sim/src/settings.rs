@@ -146,7 +146,7 @@ impl Default for SimSettings {
             skin_kg_per_m2: 1.6,
             skin_stiffening: 3.0,
             relaxation_seconds: 3e-4,
-            stability_limit: 0.8,
+            stability_limit: 1.2,
             drive_limit_m_per_s2: 40.0,
         }
     }
@@ -165,10 +165,10 @@ fn tissue(region: Region) -> Tissue {
     };
     match region {
         Region::Chest => Tissue {
-            shear_modulus_pa: 110.0,
+            shear_modulus_pa: 170.0,
             depth_exponent: 0.5,
-            damping_ratio: 0.2,
-            skin_n_per_m: 2.0,
+            damping_ratio: 0.215,
+            skin_n_per_m: 5.0,
             ..firm
         },
         Region::Belly => Tissue {

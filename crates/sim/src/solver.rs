@@ -313,11 +313,15 @@ impl NodeConstants {
             .zip(stiffness_blocks(shell, settings))
         {
             // A chain of equal nodes vibrates at up to twice a node's own stiffness over its mass.
-            let needed = 2.0 * largest_eigenvalue(block) / (allowed * allowed);
-            let scaled = mass.max(needed);
+            let stiffness = largest_eigenvalue(block);
+            let scaled = mass.max(2.0 * stiffness / (allowed * allowed));
             constants.added_mass_kg += scaled - mass;
             constants.inverse_mass_per_kg.push(1.0 / scaled);
-            constants.drive_share.push(mass / scaled);
+            // A node whose elements were all left out has nothing to hold it: nothing pulls it.
+            let held = stiffness > 0.0;
+            constants
+                .drive_share
+                .push(if held { mass / scaled } else { 0.0 });
         }
         constants
     }

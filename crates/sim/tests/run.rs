@@ -1,5 +1,8 @@
 //! A data set from plan to files: deterministic, resumable, on a whole figure.
 
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
 #[path = "common/figure.rs"]
 mod figure;
 
@@ -21,6 +24,7 @@ fn run<'a>(body: &'a BodyModel, out: &Path) -> Run<'a> {
         seed: 1,
         out: out.to_owned(),
         limit_frames: Some(90),
+        mirrored: true,
         shapes: 8,
     }
 }

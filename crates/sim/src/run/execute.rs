@@ -15,7 +15,7 @@ use crate::simulate::{ClipLabels, simulate_clip};
 
 /// Number of the simulator's method: a change that alters results raises it, so that clips made
 /// before are made anew.
-const METHOD: u32 = 1;
+const METHOD: u32 = 2;
 
 /// Simulates all jobs on rayon's current pool and calls `done` after each, from any thread.
 /// Reports come back in the order of the jobs; files do not depend on the number of threads.

@@ -1,5 +1,7 @@
 //! The inner surface: how deep each column goes and in which direction.
 
+use std::collections::HashSet;
+
 use glam::Vec3;
 
 use super::Surface;
@@ -13,6 +15,9 @@ const DIRECTION_ROUNDS: usize = 40;
 const DEPTH_ROUNDS: usize = 3;
 /// Rounds of smoothing the inner surface itself: bones are smoother than skin.
 const SURFACE_ROUNDS: usize = 12;
+/// Smoothing the inner surface changes a column's length to between these parts of itself: where
+/// the skin bulges, as at a breast, it would otherwise sink deeper than there is tissue.
+const DEPTH_KEPT: [f32; 2] = [0.7, 1.15];
 /// Rounds of cutting depth where the inner surface folds.
 const LIMIT_ROUNDS: usize = 60;
 /// A column is cut while a face's inner copy has less than this part of its area, seen along the
@@ -67,8 +72,15 @@ impl InnerSurface {
         let mut ends: Vec<Vec3> = (0..outer.len())
             .map(|c| outer[c] + inward[c] * depth_m[c])
             .collect();
+        // Columns on the rim have neighbours on one side only and would be pulled inwards.
+        let on_rim = rim(columns);
         for _ in 0..SURFACE_ROUNDS {
-            ends = smoothed(&ends, columns, 0.5);
+            let moved = smoothed(&ends, columns, 0.5);
+            for (column, end) in ends.iter_mut().enumerate() {
+                if !on_rim[column] {
+                    *end = moved[column];
+                }
+            }
         }
         for column in 0..outer.len() {
             // Smoothing may only tilt a column and change its length, not turn it around or let
@@ -76,8 +88,9 @@ impl InnerSurface {
             let reach = ends[column] - outer[column];
             let along = reach.dot(inward[column]);
             if along > 0.5 * reach.length() {
+                let kept = DEPTH_KEPT.map(|part| part * depth_m[column]);
                 inward[column] = reach.normalize();
-                depth_m[column] = reach.length();
+                depth_m[column] = reach.length().clamp(kept[0], kept[1]);
             }
             depth_m[column] = depth_m[column].clamp(least, most);
         }
@@ -98,6 +111,20 @@ impl InnerSurface {
             shortened,
         }
     }
+}
+
+/// Which columns lie on an edge that only one prism has.
+fn rim(columns: &Columns) -> Vec<bool> {
+    let edges = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
+    let walked: HashSet<[u32; 2]> = columns.prisms.iter().flat_map(|p| edges(*p)).collect();
+    let mut on_rim = vec![false; columns.vertex.len()];
+    for &[from, to] in &walked {
+        if !walked.contains(&[to, from]) {
+            on_rim[from as usize] = true;
+            on_rim[to as usize] = true;
+        }
+    }
+    on_rim
 }
 
 /// Shortens the columns of folded faces; tells whether there was one.
