@@ -214,8 +214,8 @@ fn errors_name_the_line_and_what_was_expected() {
     );
     check_error(
         &SMALL.replace("Frames: 2", "Frames: 3"),
-        21,
-        "frame 3 has 0",
+        18,
+        "expected 3 frames of 9 values",
     );
     check_error(
         &SMALL.replace("Frames: 2", "Frames: 1"),
@@ -234,7 +234,7 @@ fn errors_name_the_line_and_what_was_expected() {
     check_error(&SMALL.replace("1 2 3", "1 2 NaN"), 19, "usable number");
     check_error(&SMALL.replace("1 2 3", "1 2 3,5"), 19, "`3,5`");
     check_error(&SMALL[..SMALL.len() - 8], 20, "truncated");
-    check_error(&SMALL[..SMALL.len() / 2], 11, "truncated");
+    check_error(&SMALL[..SMALL.len() / 2], 9, "truncated");
 }
 
 #[test]

@@ -123,6 +123,18 @@ impl Bounce {
         Ok(bounce)
     }
 
+    /// The lowest point of a contact beside which the body stands, `seconds` away. The quintic from
+    /// there to standing stays below standing while acceleration × seconds² ≤ 20 × rise; a bottom
+    /// as hard as those between flights would throw the body up once more.
+    fn soft_bottom(&self, time: f64, seconds: f64) -> Knot {
+        let bottom = self.bottom(time);
+        let rise_m = self.stand_m - bottom.value;
+        Knot {
+            acceleration: bottom.acceleration.min(16.0 * rise_m / (seconds * seconds)),
+            ..bottom
+        }
+    }
+
     /// The lowest point of a contact: between touch-down and take-off the height is a quartic in
     /// time from the middle, `c0 + c2 τ² + c4 τ⁴`, that meets speed ±v and acceleration -g at
     /// τ = ±T. It follows that `c4 = -(g + v/T) / (8 T²)` and `2 c2 = 1.5 v/T + g/2`.
@@ -139,7 +151,7 @@ impl Bounce {
     fn knots(&self, sink_start: f64) -> Vec<Knot> {
         let mut knots = vec![
             Knot::still(sink_start, self.stand_m),
-            self.bottom(self.first_bottom),
+            self.soft_bottom(self.first_bottom, self.first_bottom - sink_start),
         ];
         for (idx, flight) in self.flights.iter().enumerate() {
             let released = |time: f64, speed: f64| Knot {
@@ -150,14 +162,10 @@ impl Bounce {
             };
             knots.push(released(flight.start, self.speed));
             knots.push(released(flight.end, -self.speed));
-            let sunk = self.bottom(flight.end + self.push_seconds);
-            knots.push(sunk);
-            if let Some(next) = self.flights.get(idx + 1) {
-                self.pause(
-                    sunk,
-                    self.bottom(next.start - self.push_seconds),
-                    &mut knots,
-                );
+            let sunk_time = flight.end + self.push_seconds;
+            match self.flights.get(idx + 1) {
+                Some(next) => self.pause(sunk_time, next.start - self.push_seconds, &mut knots),
+                None => knots.push(self.soft_bottom(sunk_time, self.end - sunk_time)),
             }
         }
         knots.push(Knot::still(self.end, self.stand_m));
@@ -166,21 +174,26 @@ impl Bounce {
 
     /// From the lowest point after a landing to the lowest before the next push. They are one in
     /// quick hopping; a longer pause rises between them, and a long one stands.
-    fn pause(&self, sunk: Knot, ready: Knot, knots: &mut Vec<Knot>) {
-        let pause = ready.time - sunk.time;
+    fn pause(&self, sunk_time: f64, ready_time: f64, knots: &mut Vec<Knot>) {
+        let (sunk, ready) = (self.bottom(sunk_time), self.bottom(ready_time));
+        let pause = ready_time - sunk_time;
         if pause < 1e-6 {
+            knots.push(sunk);
             return;
         }
         // Height that a quintic between both points rises by.
         let rise_m = sunk.acceleration * pause * pause / 32.0;
-        if rise_m > self.stand_m - sunk.value {
-            let rise = (pause / 2.0).min(RISE_SECONDS);
-            knots.push(Knot::still(sunk.time + rise, self.stand_m));
-            if pause - 2.0 * rise > 1e-6 {
-                knots.push(Knot::still(ready.time - rise, self.stand_m));
-            }
+        if rise_m <= self.stand_m - sunk.value {
+            knots.extend([sunk, ready]);
+            return;
         }
-        knots.push(ready);
+        let rise = (pause / 2.0).min(RISE_SECONDS);
+        knots.push(self.soft_bottom(sunk_time, rise));
+        knots.push(Knot::still(sunk_time + rise, self.stand_m));
+        if pause - 2.0 * rise > 1e-6 {
+            knots.push(Knot::still(ready_time - rise, self.stand_m));
+        }
+        knots.push(self.soft_bottom(ready_time, rise));
     }
 
     /// The flight at `time`, with its number and the fraction of it that has passed.

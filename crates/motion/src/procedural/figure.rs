@@ -233,6 +233,12 @@ impl Figure {
         if wanted <= allowed {
             return (sole.pitch, place(sole.pitch));
         }
+        if sole.pitch < 0.0 {
+            // A foot that strikes with its heel is ahead of the hip: lifting the heel would not
+            // bring the ankle nearer. It strikes a little early instead.
+            let ankle_m = hip_m.lerp(place(sole.pitch), allowed / wanted);
+            return (sole.pitch, ankle_m);
+        }
         let (mut low, mut high) = (sole.pitch, MAX_HEEL_RISE.max(sole.pitch));
         for _ in 0..50 {
             let middle = 0.5 * (low + high);

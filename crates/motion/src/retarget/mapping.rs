@@ -167,8 +167,8 @@ pub struct JointReport {
     pub mapped: Vec<(Joint, String)>,
     /// The body's joints that no joint of the file turns; they follow their neighbours.
     pub missing: Vec<Joint>,
-    /// The file's joints that turn nothing here, such as fingers; rotations of joints within a
-    /// chain (a second neck joint, say) are contained in those of the joints after them.
+    /// The file's joints that turn nothing here, such as fingers. Not those within a chain (a
+    /// second neck joint, say): their rotations are contained in those of the joints after them.
     pub unmapped: Vec<String>,
     /// The file's unit of length, as its legs suggest.
     pub unit: LengthUnit,
@@ -197,6 +197,12 @@ impl JointReport {
                     is_used[high] = true;
                 }
                 Drive::Parent => {}
+            }
+        }
+        // Parents come before their children in a BVH file.
+        for joint in (0..bvh.joints.len()).rev() {
+            if let (true, Some(parent)) = (is_used[joint], bvh.joints[joint].parent) {
+                is_used[parent] = true;
             }
         }
         Self {
