@@ -1,5 +1,8 @@
 //! Bundles that are broken in every way we could think of: a typed error each, never a panic.
 
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
 mod support;
 
 use std::sync::Arc;
@@ -194,7 +197,8 @@ fn graphs_that_break_the_contract_are_refused_with_the_reason() {
 
 #[test]
 fn graphs_that_contradict_themselves_are_refused() {
-    let edits: [(&str, fn(&mut pb::GraphProto)); 9] = [
+    type Edit = (&'static str, fn(&mut pb::GraphProto));
+    let edits: [Edit; 9] = [
         ("dangling input", |g| {
             g.node[0].input[0] = "nowhere".to_owned()
         }),
