@@ -101,7 +101,7 @@ test("every control does what it says", async ({ page }) => {
   await test.step("strength and regions", async () => {
     await page.getByLabel("Strength").fill("0.5");
     expect(await avatar((demo) => demo.avatar?.strength)).toBe(0.5);
-    await page.getByText("Regions").click();
+    await page.getByText("Regions", { exact: true }).click();
     await page.getByLabel("Belly").fill("0");
     await page.getByLabel("Upper arms").fill("2");
   });

@@ -266,8 +266,17 @@ fn facts(
         minutes: seconds / 60.0,
         config: config.clone(),
         split,
-        simulator: serde_json::from_str(&data_set.sim_json).unwrap_or_default(),
+        simulator: simulator(&data_set.sim_json),
     }
+}
+
+/// What all clips of a data set share of how they were simulated: not the body shape.
+fn simulator(sim_json: &str) -> serde_json::Value {
+    let mut simulator: serde_json::Value = serde_json::from_str(sim_json).unwrap_or_default();
+    if let Some(fields) = simulator.as_object_mut() {
+        fields.remove("shape");
+    }
+    simulator
 }
 
 fn listing(data_set: &DataSet) -> String {
