@@ -1,0 +1,122 @@
+//! The `dynaskin` command as a user meets it: what it writes, keeps and refuses.
+
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn female_body() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/female/body.glb")
+}
+
+fn dynaskin(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_dynaskin"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// Standard error of a call that has to fail, without a panic.
+fn refusal(arguments: &[&str]) -> String {
+    let output = dynaskin(arguments);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success(), "{arguments:?} should fail");
+    assert!(!text.contains("panicked"), "{text}");
+    text
+}
+
+/// Simulates half a second of one motion; what was printed.
+fn simulate(out: &Path) -> String {
+    let body = female_body();
+    let output = dynaskin(&[
+        "simulate",
+        "--body",
+        body.to_str().unwrap(),
+        "--procedural",
+        "--out",
+        out.to_str().unwrap(),
+        "--limit-frames",
+        "30",
+        "--no-mirror",
+        "--filter",
+        "twist-100-050__s0,hop-190-090__s0",
+        "--shapes",
+        "1",
+    ]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[test]
+fn simulated_clips_are_kept_and_damaged_ones_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = simulate(folder.path());
+    assert!(printed.contains("2 clips written (60 frames"), "{printed}");
+    let clip = folder.path().join("hop-190-090__s0.safetensors");
+    let whole = fs::read(&clip).unwrap();
+    let printed = simulate(folder.path());
+    assert!(printed.contains("0 clips written"), "{printed}");
+    assert!(printed.contains("2 kept"), "{printed}");
+
+    fs::write(&clip, &whole[..whole.len() / 2]).unwrap();
+    let printed = simulate(folder.path());
+    assert!(printed.contains("1 clips written"), "{printed}");
+    assert_eq!(fs::read(&clip).unwrap(), whole, "the same bytes again");
+
+    // Training names the clip that it cannot read.
+    fs::write(&clip, &whole[..whole.len() / 2]).unwrap();
+    let body = female_body();
+    let error = refusal(&[
+        "train",
+        "--data",
+        folder.path().to_str().unwrap(),
+        "--body",
+        body.to_str().unwrap(),
+        "--out",
+        folder.path().join("model").to_str().unwrap(),
+    ]);
+    assert!(error.contains("hop-190-090__s0.safetensors"), "{error}");
+    assert!(!folder.path().join("model/bundle.json").exists());
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path().to_str().unwrap();
+    let body = female_body();
+    let body = body.to_str().unwrap();
+    let simulate = |more: &[&str]| refusal(&[&["simulate", "--out", here], more].concat());
+    assert!(simulate(&["--body", body]).contains("--mocap FOLDER"));
+    let empty = simulate(&["--body", body, "--mocap", here]);
+    assert!(empty.contains("holds no .bvh files"), "{empty}");
+    let nothing = simulate(&["--body", body, "--procedural", "--filter", "cartwheel"]);
+    assert!(nothing.contains("--filter cartwheel"), "{nothing}");
+    let nobody = simulate(&["--body", "nobody.glb", "--procedural"]);
+    assert!(nobody.contains("nobody.glb"), "{nobody}");
+
+    let no_data = refusal(&["train", "--data", here, "--body", body, "--out", here]);
+    assert!(no_data.contains(here), "{no_data}");
+    let no_model = refusal(&["evaluate", "--model", here, "--data", here]);
+    assert!(no_model.contains("bundle.json"), "{no_model}");
+    let no_source = refusal(&["body", "build", "--source", here, "--out", here]);
+    assert!(no_source.contains("LICENSE.md"), "{no_source}");
+}
+
+#[test]
+fn a_reader_that_closes_the_pipe_does_not_matter() {
+    let body = female_body();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_dynaskin"))
+        .args(["simulate", "--procedural", "--plan", "--out", "nowhere"])
+        .args(["--body", body.to_str().unwrap()])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && stderr.is_empty(), "{stderr}");
+}
