@@ -1,6 +1,6 @@
 // npm run build: the wasm files, the SDK and a static copy of the demo in web/demo/dist.
 import { join, relative } from "node:path";
-import { DEMO, ROOT } from "./lib/paths.mjs";
+import { DEMO, EXAMPLES, ROOT } from "./lib/paths.mjs";
 import { main, run, say, step } from "./lib/run.mjs";
 import { buildSdk } from "./sdk.mjs";
 import { ensureNodePackages, ensureRust } from "./toolchain.mjs";
@@ -17,6 +17,11 @@ export async function buildAll() {
 /** Vite's static build of the demo. */
 export async function buildDemo() {
   await run(process.execPath, [viteProgram(), "build", "--logLevel", "warn"], { cwd: DEMO });
+}
+
+/** Vite's static build of the example pages. */
+export async function buildExamples() {
+  await run(process.execPath, [viteProgram(), "build", "--logLevel", "warn"], { cwd: EXAMPLES });
 }
 
 /** The path of Vite's command line. */

@@ -2,7 +2,7 @@
 // `npm test -- rust sdk` runs only the named steps.
 import { mkdirSync, rmSync } from "node:fs";
 import { join } from "node:path";
-import { buildDemo } from "./build.mjs";
+import { buildDemo, buildExamples } from "./build.mjs";
 import { ROOT, SDK } from "./lib/paths.mjs";
 import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs";
 import { CargoTally, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
@@ -69,6 +69,7 @@ async function browserTests() {
     return { skipped: 1, skippedNames: ["browser tests: no Chromium"] };
   }
   await buildDemo();
+  await buildExamples();
   const report = join(REPORTS, "playwright.json");
   const args = [
     bin("@playwright", "test", "cli.js"),
@@ -107,7 +108,7 @@ const STEPS = [
     needs: ["wasm"],
     work: oneCheck(async () => {
       await buildSdk();
-      for (const project of ["web/sdk/tests", "web/demo", "tests/browser"]) {
+      for (const project of ["web/sdk/tests", "web/demo", "web/examples", "tests/browser"]) {
         await node(tscProgram(), "--noEmit", "-p", join(ROOT, project));
       }
     }),

@@ -8,6 +8,7 @@ export const ROOT = resolve(fileURLToPath(new URL("../..", import.meta.url)));
 export const CACHE = join(process.env.XDG_CACHE_HOME || join(homedir(), ".cache"), "dynaskin");
 export const SDK = join(ROOT, "web", "sdk");
 export const DEMO = join(ROOT, "web", "demo");
+export const EXAMPLES = join(ROOT, "web", "examples");
 export const MODELS = join(ROOT, "models");
 
 /** Cargo's output folder, as cargo itself would choose it. */

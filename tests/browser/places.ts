@@ -4,6 +4,8 @@ import { resolve } from "node:path";
 export const ROOT = resolve(import.meta.dirname, "..", "..");
 /** The built demo page. */
 export const DEMO_URL = "http://localhost:5191/";
+/** The built example pages. */
+export const EXAMPLES_URL = "http://localhost:5193/";
 /** The repository's files as they lie; `/blank` is an empty page to import modules into. */
 export const REPOSITORY_URL = "http://127.0.0.1:5192";
 /** The motion files beside the clone, which tests may use and must not need. */

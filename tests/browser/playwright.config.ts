@@ -1,5 +1,5 @@
 import { defineConfig } from "@playwright/test";
-import { DEMO_URL, REPOSITORY_URL, ROOT } from "./places.js";
+import { DEMO_URL, EXAMPLES_URL, REPOSITORY_URL, ROOT } from "./places.js";
 
 /** Chromium's own traffic is off; the rest is what a machine without a graphics card needs. */
 const QUIET = [
@@ -23,6 +23,16 @@ const WEBGPU = [
 ];
 
 const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+
+/** Serves what Vite has built. */
+function vitePreview(folder: string, url: string) {
+  return {
+    command: `node ${ROOT}/node_modules/vite/bin/vite.js preview --port ${new URL(url).port} --strictPort`,
+    cwd: `${ROOT}/${folder}`,
+    url,
+    reuseExistingServer: false,
+  };
+}
 
 export default defineConfig({
   testDir: ".",
@@ -50,12 +60,8 @@ export default defineConfig({
     },
   ],
   webServer: [
-    {
-      command: `node ${ROOT}/node_modules/vite/bin/vite.js preview --port ${new URL(DEMO_URL).port} --strictPort`,
-      cwd: `${ROOT}/web/demo`,
-      url: DEMO_URL,
-      reuseExistingServer: false,
-    },
+    vitePreview("web/demo", DEMO_URL),
+    vitePreview("web/examples", EXAMPLES_URL),
     {
       command: `node ${ROOT}/scripts/lib/serve.mjs ${new URL(REPOSITORY_URL).port}`,
       url: `${REPOSITORY_URL}/blank`,

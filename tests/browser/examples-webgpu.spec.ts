@@ -1,0 +1,12 @@
+// The example that can draw with WebGPU; needs a display, see scripts/test.mjs.
+import { expect, test } from "@playwright/test";
+import { expectTissue } from "./examples.js";
+
+test.skip(!process.env.DISPLAY, "WebGPU canvases need a display (xvfb-run)");
+
+test("three.js with WebGPURenderer on WebGPU", async ({ page }) => {
+  await expectTissue(page, "three/?renderer=webgpu", "three-webgpu");
+  expect(await page.evaluate(async () => Boolean(await navigator.gpu?.requestAdapter()))).toBe(
+    true,
+  );
+});

@@ -1,0 +1,8 @@
+// The example pages run, and what they draw has soft tissue in it.
+import { test } from "@playwright/test";
+import { expectTissue } from "./examples.js";
+
+test("three.js with WebGLRenderer", ({ page }) => expectTissue(page, "three/", "three"));
+
+test("three.js with WebGPURenderer where there is no WebGPU", ({ page }) =>
+  expectTissue(page, "three/?renderer=webgpu", "three-webgpu-fallback"));

@@ -1,0 +1,164 @@
+import { Avatar } from "../avatar.js";
+import { DynaSkinError, guard } from "../error.js";
+import { JOINT_NAMES, type JointName, type Pose } from "../pose.js";
+
+/** An avatar that lives elsewhere, in a worker: what an adapter needs of it. */
+export interface RemoteAvatar {
+  /** Moves to a pose, `dtSeconds` after the last; see `Avatar.step`. */
+  step(pose: Pose, dtSeconds: number): void;
+  /** Rest-pose positions with the offsets, `[vertex][x, y, z]` flattened, metres. */
+  readonly positions: Float32Array;
+  /** Unit normals of `positions`. */
+  readonly normals: Float32Array;
+  /** Shape coefficients β, ten, in standard deviations. */
+  readonly shape: Float32Array;
+  /** Rest positions of the 24 joints for that shape: `[joint][x, y, z]` flattened, metres. */
+  restJointsM(): Float32Array;
+}
+
+/** What an adapter shows: an avatar of this thread, or one in a worker. */
+export type TissueSource = Avatar | RemoteAvatar;
+
+/**
+ * How the joints of dynaskin's skeleton and the vertices of its body are found in a mesh. The
+ * defaults fit the bodies in `models/`.
+ */
+export interface RigOptions {
+  /** Names of bones that are not called as the joints they are. */
+  boneNames?: Partial<Record<JointName, string>>;
+  /**
+   * Per vertex of the mesh the vertex of the body, where the mesh has others (split at seams, or
+   * left out). Without it both must have equally many, in the same order.
+   */
+  vertexMap?: ArrayLike<number>;
+}
+
+/** Parent of each joint in SMPL's order; -1 for the root. */
+export const JOINT_PARENTS: readonly number[] = [
+  -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
+];
+
+/** Where the joints of an avatar of this shape are in the rest pose: `[joint][x, y, z]`, metres. */
+export function restJointsOf(source: TissueSource): Float32Array {
+  return source instanceof Avatar ? guard(() => source.raw.jointsRest()) : source.restJointsM();
+}
+
+/** A joint's rest position relative to its parent's (the root's: to the origin), metres. */
+export function restOffsetM(jointsM: Float32Array, joint: number): [number, number, number] {
+  const parent = JOINT_PARENTS[joint] ?? -1;
+  const part = (axis: number) =>
+    (jointsM[joint * 3 + axis] ?? 0) - (parent < 0 ? 0 : (jointsM[parent * 3 + axis] ?? 0));
+  return [part(0), part(1), part(2)];
+}
+
+/**
+ * Radius of a sphere around the pelvis that holds the body in every pose, metres: the longest chain
+ * of bones, and from its end as far as any skin is from its nearest joint, twice over for skin that
+ * follows another joint than the nearest.
+ */
+export function reachM(positions: Float32Array, jointsM: Float32Array): number {
+  const chains: number[] = [];
+  for (const [joint, parent] of JOINT_PARENTS.entries()) {
+    chains.push(
+      parent < 0 ? 0 : (chains[parent] ?? 0) + Math.hypot(...restOffsetM(jointsM, joint)),
+    );
+  }
+  let farthest = 0;
+  for (let at = 0; at < positions.length; at += 3) {
+    let nearest = Number.POSITIVE_INFINITY;
+    for (let joint = 0; joint < jointsM.length; joint += 3) {
+      const x = (positions[at] ?? 0) - (jointsM[joint] ?? 0);
+      const y = (positions[at + 1] ?? 0) - (jointsM[joint + 1] ?? 0);
+      const z = (positions[at + 2] ?? 0) - (jointsM[joint + 2] ?? 0);
+      nearest = Math.min(nearest, x * x + y * y + z * z);
+    }
+    farthest = Math.max(farthest, nearest);
+  }
+  return Math.max(...chains) + 2 * Math.sqrt(farthest);
+}
+
+/** Finds the 24 bones by name. */
+export function findBones<Bone>(
+  find: (name: string) => Bone | null | undefined,
+  names: RigOptions["boneNames"] = {},
+): Bone[] {
+  const missing: string[] = [];
+  const bones = JOINT_NAMES.flatMap((joint) => {
+    const bone = find(names[joint] ?? joint);
+    if (!bone) missing.push(names[joint] ?? joint);
+    return bone ? [bone] : [];
+  });
+  if (missing.length === 0) return bones;
+  throw new DynaSkinError(
+    "argument",
+    `The mesh's skeleton has no bone called ${missing.join(", ")}. ` +
+      "Name the bones that stand for them in the option boneNames.",
+  );
+}
+
+/**
+ * Checks that a mesh and a body belong together.
+ *
+ * @throws DynaSkinError `argument`
+ */
+export function checkVertices(
+  meshVertices: number,
+  bodyVertices: number,
+  map: RigOptions["vertexMap"],
+): void {
+  if (!map) {
+    if (meshVertices === bodyVertices) return;
+    throw new DynaSkinError(
+      "argument",
+      `The mesh has ${meshVertices} vertices and the avatar ${bodyVertices}. ` +
+        "Use the body.glb of the avatar's model, or give a vertexMap.",
+    );
+  }
+  if (map.length !== meshVertices) {
+    throw new DynaSkinError(
+      "argument",
+      `vertexMap must hold one number per vertex of the mesh, ${meshVertices}, got ${map.length}.`,
+    );
+  }
+  for (let idx = 0; idx < map.length; idx += 1) {
+    const vertex = map[idx] as number;
+    if (Number.isInteger(vertex) && vertex >= 0 && vertex < bodyVertices) continue;
+    throw new DynaSkinError(
+      "argument",
+      `vertexMap[${idx}] is ${vertex}; the body's vertices are 0 to ${bodyVertices - 1}.`,
+    );
+  }
+}
+
+/** Refuses rest frames that are turned against the model's axes, which a pose cannot express. */
+export function checkAligned(joint: JointName, turnedBy: number): void {
+  if (turnedBy < 0.01) return;
+  throw new DynaSkinError(
+    "argument",
+    `The rest frame of the bone for ${joint} is turned against the model's axes. ` +
+      "dynaskin's own bodies have aligned frames; other rigs are not supported yet.",
+  );
+}
+
+/** Copies `[vertex][x, y, z]` arrays, through a vertex map if there is one. */
+export function copyVertices(
+  from: Float32Array,
+  to: Float32Array,
+  map: RigOptions["vertexMap"],
+): void {
+  if (!map) {
+    to.set(from);
+    return;
+  }
+  for (let idx = 0; idx < map.length; idx += 1) {
+    const at = (map[idx] ?? 0) * 3;
+    to[idx * 3] = from[at] ?? 0;
+    to[idx * 3 + 1] = from[at + 1] ?? 0;
+    to[idx * 3 + 2] = from[at + 2] ?? 0;
+  }
+}
+
+/** Whether two shapes are the same numbers. */
+export function sameShape(a: Float32Array, b: Float32Array): boolean {
+  return a.every((value, idx) => value === b[idx]);
+}

@@ -1,0 +1,232 @@
+import { type Avatar, type Model, Motion, restPose } from "dynaskin";
+import { DynaSkin } from "dynaskin/three";
+import {
+  Bone,
+  Box3,
+  Group,
+  Mesh,
+  type Object3D,
+  Raycaster,
+  type SkinnedMesh,
+  Vector3,
+} from "three";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import {
+  expectError,
+  largestDifference,
+  largestOffset,
+  loadModel,
+  readModelFile,
+} from "./support.js";
+
+const SHAPE = [0.8, 1.5, -0.5, 0.4, 0, 0, 0, 0, 0, 0];
+
+let model: Model;
+beforeAll(async () => {
+  model = await loadModel();
+});
+afterAll(() => model.dispose());
+
+/** The body as three.js loads it, in a group of its own. */
+async function loadBody(): Promise<{ group: Group; mesh: SkinnedMesh }> {
+  const { buffer } = readModelFile("body.glb");
+  const { scene } = await new GLTFLoader().parseAsync(buffer as ArrayBuffer, "");
+  const group = new Group().add(scene);
+  return { group, mesh: scene.getObjectByProperty("isSkinnedMesh", true) as SkinnedMesh };
+}
+
+/** The mesh's vertices as three.js draws them, in the world. */
+function drawnPositions(mesh: SkinnedMesh): Float32Array {
+  let scene: Object3D = mesh;
+  while (scene.parent) scene = scene.parent;
+  scene.updateMatrixWorld();
+  const { count } = mesh.geometry.getAttribute("position");
+  const positions = new Float32Array(count * 3);
+  const vertex = new Vector3();
+  for (let idx = 0; idx < count; idx += 1) {
+    mesh
+      .getVertexPosition(idx, vertex)
+      .applyMatrix4(mesh.matrixWorld)
+      .toArray(positions, idx * 3);
+  }
+  return positions;
+}
+
+/** Plays a hop for a while and returns the largest offset that was seen, in metres. */
+function hop(skin: DynaSkin, avatar: Avatar, seconds = 1.5): number {
+  const motion = Motion.procedural("hop", avatar);
+  let largest = 0;
+  for (let tick = 0; tick < seconds * 60; tick += 1) {
+    skin.writePose(motion.poseAt(tick / 60));
+    skin.update(1 / 60);
+    largest = Math.max(largest, largestOffset(avatar.offsets));
+  }
+  motion.dispose();
+  return largest;
+}
+
+describe("DynaSkin in three.js", () => {
+  it("draws the surface that the avatar skins, for a body of another shape", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    expect(hop(skin, avatar)).toBeGreaterThan(0.002);
+    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(2e-6);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("gives a giant and a dwarf the same tissue, wherever they stand", async () => {
+    const offsets: Float32Array[] = [];
+    for (const [scale, x, turn] of [
+      [1, 0, 0],
+      [10, 30, 1],
+      [0.1, -2, -2],
+    ] as const) {
+      const { mesh, group } = await loadBody();
+      group.scale.setScalar(scale);
+      group.position.set(x, 0, x);
+      group.rotation.y = turn;
+      const avatar = model.createAvatar({ shape: SHAPE });
+      const skin = new DynaSkin(avatar, mesh);
+      hop(skin, avatar);
+      offsets.push(avatar.offsets.slice());
+      const height = new Box3().setFromArray(drawnPositions(mesh)).getSize(new Vector3()).y;
+      expect(height / scale).toBeGreaterThan(1.5);
+      expect(height / scale).toBeLessThan(2);
+      skin.dispose();
+      avatar.dispose();
+    }
+    const [usual = new Float32Array(), giant = [], dwarf = []] = offsets;
+    expect(largestOffset(usual)).toBeGreaterThan(1e-3);
+    expect(largestDifference(usual, giant)).toBeLessThan(1e-4);
+    expect(largestDifference(usual, dwarf)).toBeLessThan(1e-4);
+  });
+
+  it("follows a change of shape with joints, skin and feet", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const skin = new DynaSkin(avatar, mesh);
+    skin.update(1 / 60);
+    avatar.setShape(SHAPE);
+    skin.update(1 / 60);
+    const drawn = drawnPositions(mesh);
+    expect(largestDifference(drawn, avatar.skinned().positions)).toBeLessThan(2e-6);
+    expect(new Box3().setFromArray(drawn).min.y).toBeCloseTo(0, 3);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("holds the body within its bounds, so that culling and raycasting see it", async () => {
+    const { mesh, group } = await loadBody();
+    group.position.set(5, 0, -3);
+    group.scale.setScalar(2);
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    hop(skin, avatar);
+    const bounds = mesh.boundingSphere.clone().applyMatrix4(mesh.matrixWorld);
+    const drawn = drawnPositions(mesh);
+    const points = Array.from({ length: drawn.length / 3 }, (_, idx) =>
+      new Vector3().fromArray(drawn, idx * 3),
+    );
+    expect(points.every((point) => bounds.containsPoint(point))).toBe(true);
+    expect(bounds.radius).toBeLessThan(2 * 2.5);
+    const ray = new Raycaster(new Vector3(5, 2, 10), new Vector3(0, 0, -1));
+    const [hit] = ray.intersectObject(mesh);
+    expect(hit?.point.z).toBeGreaterThan(-3.1);
+    expect(hit?.point.z).toBeLessThan(-2);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("counts the negative first frame of three's Timer as no time", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const skin = new DynaSkin(avatar, mesh);
+    skin.update(-0.02);
+    await expectError("argument", () => skin.update(Number.NaN));
+    skin.update(1 / 60);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("restores the mesh on dispose, which may be repeated", async () => {
+    const { mesh } = await loadBody();
+    const before = drawnPositions(mesh);
+    const { geometry, skeleton, boundingSphere, boundingBox } = mesh;
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    expect(largestDifference(drawnPositions(mesh), before)).toBeGreaterThan(0.01);
+    skin.dispose();
+    skin.dispose();
+    expect(mesh.geometry).toBe(geometry);
+    expect(mesh.skeleton).toBe(skeleton);
+    expect(mesh.boundingSphere).toBe(boundingSphere);
+    expect(mesh.boundingBox).toBe(boundingBox);
+    expect(largestDifference(drawnPositions(mesh), before)).toBe(0);
+    await expectError("disposed", () => skin.update(1 / 60));
+    await expectError("disposed", () => skin.writePose(restPose()));
+    // As React's strict mode does: again, on the same mesh.
+    new DynaSkin(avatar, mesh).dispose();
+    avatar.dispose();
+  });
+
+  it("leaves the mesh's surface alone when the avatar was disposed of", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const skin = new DynaSkin(avatar, mesh);
+    const before = drawnPositions(mesh);
+    avatar.dispose();
+    await expectError("disposed", () => skin.update(1 / 60));
+    expect(largestDifference(drawnPositions(mesh), before)).toBe(0);
+    skin.dispose();
+  });
+});
+
+describe("meshes that do not fit", () => {
+  it.each([
+    ["a mesh without skin", () => new Mesh() as unknown as SkinnedMesh],
+    ["nothing", () => undefined as unknown as SkinnedMesh],
+  ])("%s", async (_what, mesh) => {
+    const avatar = model.createAvatar();
+    await expectError("argument", () => new DynaSkin(avatar, mesh()));
+    avatar.dispose();
+  });
+
+  it("bones with other names, unless they are named", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const neck = mesh.skeleton.getBoneByName("neck") ?? new Bone();
+    neck.name = "Neck_01";
+    const error = await expectError("argument", () => new DynaSkin(avatar, mesh));
+    expect(error.message).toContain("neck");
+    new DynaSkin(avatar, mesh, { boneNames: { neck: "Neck_01" } }).dispose();
+    avatar.dispose();
+  });
+
+  it("bones whose rest frames are turned", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const [inverse] = mesh.skeleton.boneInverses;
+    inverse?.premultiply(inverse.clone().makeRotationX(1));
+    await expectError("argument", () => new DynaSkin(avatar, mesh));
+    avatar.dispose();
+  });
+
+  it("a vertex map of the wrong length, or beyond the body", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const identity = Array.from({ length: 6890 }, (_, idx) => idx);
+    await expectError("argument", () => new DynaSkin(avatar, mesh, { vertexMap: [0, 1] }));
+    await expectError(
+      "argument",
+      () => new DynaSkin(avatar, mesh, { vertexMap: identity.with(7, 6890) }),
+    );
+    const skin = new DynaSkin(avatar, mesh, { vertexMap: identity });
+    skin.update(1 / 60);
+    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(2e-6);
+    skin.dispose();
+    avatar.dispose();
+  });
+});
