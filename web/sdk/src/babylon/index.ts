@@ -1,0 +1,311 @@
+/**
+ * dynaskin in Babylon.js: a skinned mesh whose soft tissue follows its bones. Works with the WebGL
+ * and the WebGPU engine, in left- and right-handed scenes.
+ *
+ * @module
+ */
+import type { Bone } from "@babylonjs/core/Bones/bone.js";
+import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
+import { BoundingInfo } from "@babylonjs/core/Culling/boundingInfo.js";
+import { Matrix, Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
+import type { Geometry } from "@babylonjs/core/Meshes/geometry.js";
+import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
+import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
+import {
+  checkAligned,
+  checkVertices,
+  copyVertices,
+  findBones,
+  type RigOptions,
+  reachM,
+  restJointsOf,
+  restOffsetM,
+  sameShape,
+  type TissueSource,
+} from "../adapter/rig.js";
+import { DynaSkinError } from "../error.js";
+import { checkLength, JOINT_NAMES, POSE_LENGTH, type Pose } from "../pose.js";
+
+export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
+
+/** What the mesh was before, for {@link DynaSkin.dispose}. */
+interface Original {
+  geometry: Geometry;
+  morphTargetManager: Mesh["morphTargetManager"];
+  boundingInfo: BoundingInfo;
+  inverseBinds: Matrix[];
+  nodePositions: Vector3[];
+}
+
+/** A bone and the node of the scene that moves it. */
+interface Joint {
+  bone: Bone;
+  node: TransformNode;
+}
+
+const scale = new Vector3();
+const position = new Vector3();
+const rotation = new Quaternion();
+const identity = Quaternion.Identity();
+
+/**
+ * Moves the soft tissue of a skinned `Mesh` that was loaded from the avatar's `body.glb`.
+ *
+ * The offsets go in before skinning: every material and the shadow pass see the same surface. The
+ * bones' distances follow the avatar's shape. The skeleton must serve this mesh alone.
+ *
+ * ```ts
+ * const skin = new DynaSkin(avatar, mesh);
+ * scene.onBeforeRenderObservable.add(() => {
+ *   skin.update(engine.getDeltaTime() / 1000); // seconds; animations have moved the bones by then
+ * });
+ * ```
+ */
+export class DynaSkin {
+  /** The avatar that was handed in. It stays the caller's: dispose of it after this. */
+  readonly avatar: TissueSource;
+  /** The mesh that was handed in. */
+  readonly mesh: Mesh;
+  /** The pose that was read at the last update; in a left-handed scene, with z mirrored. */
+  readonly pose: Pose = new Float64Array(POSE_LENGTH);
+  readonly #joints: Joint[];
+  readonly #vertexMap: RigOptions["vertexMap"];
+  readonly #geometry: Geometry;
+  readonly #positions: Float32Array;
+  readonly #normals: Float32Array;
+  #original: Original | null;
+  #shape: Float32Array;
+  #jointsM: Float32Array;
+  #reachM = 0;
+
+  /**
+   * @param avatar - an avatar of the mesh's model, here or in a worker
+   * @param mesh - the mesh of that model's `body.glb`, as Babylon's glTF loader gives it
+   * @throws DynaSkinError `argument` if bones are missing, vertices do not fit, the skeleton is
+   *   shared, or the bones' rest frames are not aligned with the model's axes; the mesh is then
+   *   unchanged
+   */
+  constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions = {}) {
+    const geometry = mesh?.geometry;
+    if (!geometry || !mesh.skeleton) {
+      throw new DynaSkinError("argument", "DynaSkin needs a mesh with a geometry and a skeleton.");
+    }
+    const nVertices = mesh.getTotalVertices();
+    checkVertices(nVertices, avatar.positions.length / 3, options.vertexMap);
+    this.#joints = findJoints(mesh, options.boneNames);
+    this.avatar = avatar;
+    this.mesh = mesh;
+    this.#vertexMap = options.vertexMap;
+    this.#positions = new Float32Array(nVertices * 3);
+    this.#normals = new Float32Array(nVertices * 3);
+    this.#shape = avatar.shape;
+    this.#jointsM = restJointsOf(avatar);
+    const { morphTargetManager } = mesh;
+    this.#original = {
+      geometry,
+      morphTargetManager,
+      boundingInfo: mesh.getBoundingInfo(),
+      inverseBinds: this.#joints.map(({ bone }) => bone.getAbsoluteInverseBindMatrix().clone()),
+      nodePositions: this.#joints.map(({ node }) => node.position.clone()),
+    };
+    this.#geometry = geometry.copy(`${geometry.id} dynaskin`);
+    this.#copySurface();
+    this.#geometry.setVerticesData(VertexBuffer.PositionKind, this.#positions, true, 3);
+    this.#geometry.setVerticesData(VertexBuffer.NormalKind, this.#normals, true, 3);
+    this.#geometry.applyToMesh(mesh);
+    // The avatar's positions have the shape already.
+    mesh.morphTargetManager = null;
+    const pelvis = this.#joints[0];
+    if (pelvis) this.#movePelvis(bindPositionM(pelvis.bone));
+    this.#fitSkeleton();
+    mesh.setBoundingInfo(new BoundingInfo(new Vector3(), new Vector3()));
+    this.#readPose();
+  }
+
+  /**
+   * Reads the bones, moves the tissue and hands the surface to the mesh. Call it once a frame after
+   * everything that moves bones, before rendering.
+   *
+   * @param deltaSeconds - time since the last call in seconds (Babylon's `getDeltaTime` gives
+   *   milliseconds); less than 0 counts as 0
+   * @throws DynaSkinError `disposed`, or what `Avatar.step` throws; the mesh then keeps its surface
+   */
+  update(deltaSeconds: number): void {
+    this.#assertAlive();
+    this.#followShape();
+    this.#placeNodes();
+    this.#readPose();
+    this.avatar.step(this.pose, Math.max(0, deltaSeconds));
+    this.#copySurface();
+    this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.#positions, false);
+    this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.#normals, false);
+  }
+
+  /**
+   * Poses the bones as a dynaskin pose says, for motions that come from `Motion.poseAt` instead of
+   * an `AnimationGroup`. The pose counts from where the mesh is.
+   *
+   * @throws DynaSkinError `argument` for a wrong length, `disposed`
+   */
+  writePose(pose: Pose): void {
+    this.#assertAlive();
+    checkLength("pose", pose, POSE_LENGTH);
+    this.#followShape();
+    for (const [joint, { node }] of this.#joints.entries()) {
+      node.rotationQuaternion ??= new Quaternion();
+      Quaternion.FromArrayToRef(pose, 3 + joint * 4, node.rotationQuaternion);
+    }
+    this.#joints[0]?.node.position
+      .set(...restOffsetM(this.#jointsM, 0))
+      .addInPlaceFromFloats(pose[0] ?? 0, pose[1] ?? 0, pose[2] ?? 0);
+  }
+
+  /**
+   * Gives the mesh back its geometry, morph targets and bounds, and its skeleton its distances. The
+   * avatar is not disposed of. May be called again.
+   */
+  dispose(): void {
+    const original = this.#original;
+    if (!original) return;
+    this.#original = null;
+    for (const [joint, { bone, node }] of this.#joints.entries()) {
+      const inverse = original.inverseBinds[joint];
+      const before = original.nodePositions[joint];
+      if (inverse) bone.getAbsoluteInverseBindMatrix().copyFrom(inverse);
+      if (before) node.position.copyFrom(before);
+    }
+    if (!this.mesh.isDisposed()) {
+      original.geometry.applyToMesh(this.mesh);
+      this.mesh.morphTargetManager = original.morphTargetManager;
+      this.mesh.setBoundingInfo(original.boundingInfo);
+    }
+    this.#geometry.dispose();
+  }
+
+  #assertAlive(): void {
+    if (this.#original) return;
+    throw new DynaSkinError("disposed", "This DynaSkin was used after dispose().");
+  }
+
+  #followShape(): void {
+    const shape = this.avatar.shape;
+    if (sameShape(shape, this.#shape)) return;
+    const before = Vector3.FromArray(this.#jointsM);
+    this.#shape = shape;
+    this.#jointsM = restJointsOf(this.avatar);
+    this.#movePelvis(before);
+    this.#fitSkeleton();
+  }
+
+  /** Keeps the feet where they are when the pelvis of another shape is higher or lower. */
+  #movePelvis(beforeM: Vector3): void {
+    const [x, y, z] = restOffsetM(this.#jointsM, 0);
+    this.#joints[0]?.node.position.addInPlaceFromFloats(x, y, z).subtractInPlace(beforeM);
+  }
+
+  /** Distances, inverse bind matrices and reach for the present shape. */
+  #fitSkeleton(): void {
+    for (const [joint, { bone }] of this.#joints.entries()) {
+      const [x = 0, y = 0, z = 0] = this.#jointsM.subarray(joint * 3, joint * 3 + 3);
+      Matrix.TranslationToRef(-x, -y, -z, bone.getAbsoluteInverseBindMatrix());
+    }
+    this.#placeNodes();
+    this.#reachM = reachM(this.avatar.positions, this.#jointsM);
+  }
+
+  /** A clip that was made for another shape moves the joints apart; the shape's distances hold. */
+  #placeNodes(): void {
+    for (let joint = 1; joint < this.#joints.length; joint += 1) {
+      this.#joints[joint]?.node.position.set(...restOffsetM(this.#jointsM, joint));
+    }
+  }
+
+  /** Lengths are divided by the avatar's scale: a giant's tissue moves as if it were its own size. */
+  #readPose(): void {
+    const world = this.mesh.computeWorldMatrix(true);
+    const pelvis = (this.#joints[0] as Joint).node;
+    const worldScale = decomposeRightHanded(world);
+    const [px, py, pz] = world.determinant() < 0 ? mirrored(pelvis, world) : placed(pelvis, world);
+    const atM = [px, py, pz];
+    for (let axis = 0; axis < 3; axis += 1) {
+      this.pose[axis] = (atM[axis] ?? 0) / worldScale - (this.#jointsM[axis] ?? 0);
+    }
+    writeTurn(rotation.multiplyInPlace(localRotation(pelvis)), this.pose, 0);
+    for (let joint = 1; joint < this.#joints.length; joint += 1) {
+      const { node } = this.#joints[joint] as Joint;
+      writeTurn(rotation.copyFrom(localRotation(node)), this.pose, joint);
+    }
+    const reach = position.setAll(this.#reachM);
+    this.mesh
+      .getBoundingInfo()
+      .reConstruct(pelvis.position.subtract(reach), pelvis.position.add(reach), world);
+  }
+
+  #copySurface(): void {
+    copyVertices(this.avatar.positions, this.#positions, this.#vertexMap);
+    copyVertices(this.avatar.normals, this.#normals, this.#vertexMap);
+  }
+}
+
+function placed(node: TransformNode, world: Matrix): [number, number, number] {
+  Vector3.TransformCoordinatesToRef(node.position, world, position);
+  return [position.x, position.y, position.z];
+}
+
+/** The loader turns glTF's handedness by mirroring z; mirrored back, the motion is the model's. */
+function mirrored(node: TransformNode, world: Matrix): [number, number, number] {
+  const [x, y, z] = placed(node, world);
+  return [x, y, -z];
+}
+
+/** Writes the rotation of a matrix to `rotation`, z mirrored if need be; returns its scale. */
+function decomposeRightHanded(world: Matrix): number {
+  const m = world.clone();
+  if (m.determinant() < 0) m.multiplyToRef(Matrix.Scaling(1, 1, -1), m);
+  m.decompose(scale, rotation, position);
+  return Math.cbrt(Math.abs(world.determinant())) || 1;
+}
+
+/** Writes a joint's rotation into a pose, at unit length. */
+function writeTurn(turn: Quaternion, pose: Pose, joint: number): void {
+  const { x, y, z, w } = turn.normalize();
+  pose.set([x, y, z, w], 3 + joint * 4);
+}
+
+function localRotation(node: TransformNode): Quaternion {
+  return node.rotationQuaternion ?? Quaternion.FromEulerVector(node.rotation);
+}
+
+function findJoints(mesh: Mesh, names: RigOptions["boneNames"]): Joint[] {
+  const { skeleton } = mesh;
+  const bones = findBones((name) => skeleton?.bones.find((bone) => bone.name === name), names);
+  if (mesh.getScene().meshes.some((other) => other !== mesh && other.skeleton === skeleton)) {
+    throw new DynaSkinError(
+      "argument",
+      "Other meshes use the same skeleton, which follows the avatar's shape; " +
+        "give this mesh a skeleton of its own.",
+    );
+  }
+  return bones.map((bone, joint) => {
+    const name = JOINT_NAMES[joint] ?? "pelvis";
+    const node = bone.getTransformNode();
+    if (!node) {
+      throw new DynaSkinError("argument", `The bone for ${name} has no node that moves it.`);
+    }
+    if (joint === 0 && bone.getParent()) {
+      throw new DynaSkinError("argument", "The bone for pelvis must be the skeleton's root.");
+    }
+    bindPositionM(bone);
+    checkAligned(name, 2 * Math.acos(Math.min(1, Math.abs(Quaternion.Dot(rotation, identity)))));
+    return { bone, node };
+  });
+}
+
+/**
+ * Where a bone is at rest, in metres: quantised files keep the size of their units in the inverse
+ * bind matrices. Leaves its rotation in `rotation`.
+ */
+function bindPositionM(bone: Bone): Vector3 {
+  bone.getAbsoluteInverseBindMatrix().clone().invert().decompose(scale, rotation, position);
+  return position.divide(scale);
+}

@@ -1,0 +1,161 @@
+import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
+import { ImportMeshAsync } from "@babylonjs/core/Loading/sceneLoader.js";
+import { Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
+import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
+import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
+import { Scene } from "@babylonjs/core/scene.js";
+import "@babylonjs/loaders/glTF/index.js";
+import { type Avatar, type Model, Motion, restPose } from "dynaskin";
+import { DynaSkin } from "dynaskin/babylon";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import {
+  expectError,
+  largestDifference,
+  largestOffset,
+  loadModel,
+  readModelFile,
+} from "./support.js";
+
+const SHAPE = [0.8, 1.5, -0.5, 0.4, 0, 0, 0, 0, 0, 0];
+
+let model: Model;
+const engine = new NullEngine();
+beforeAll(async () => {
+  model = await loadModel();
+});
+afterAll(() => {
+  model.dispose();
+  engine.dispose();
+});
+
+/** The body as Babylon loads it, in a scene of its own, under a node that moves it. */
+async function loadBody(rightHanded = false): Promise<{ mesh: Mesh; mover: TransformNode }> {
+  const scene = new Scene(engine);
+  scene.useRightHandedSystem = rightHanded;
+  const file = readModelFile("body.glb");
+  const { meshes } = await ImportMeshAsync(file, scene, { pluginExtension: ".glb" });
+  const mover = new TransformNode("mover", scene);
+  const root = meshes[0];
+  if (root) root.parent = mover;
+  return { mesh: meshes.find((mesh) => mesh.skeleton) as Mesh, mover };
+}
+
+/** The mesh's vertices as Babylon draws them, in the world; z mirrored back if the scene does so. */
+function drawnPositions(mesh: Mesh): Float32Array {
+  mesh.skeleton?.prepare(true);
+  const world = mesh.computeWorldMatrix(true);
+  const local = mesh.getPositionData(true) ?? [];
+  const sign = world.determinant() < 0 ? -1 : 1;
+  const positions = new Float32Array(local.length);
+  for (let at = 0; at < local.length; at += 3) {
+    const point = Vector3.TransformCoordinates(Vector3.FromArray(local, at), world);
+    positions.set([point.x, point.y, point.z * sign], at);
+  }
+  return positions;
+}
+
+function hop(skin: DynaSkin, avatar: Avatar, seconds = 1.5): number {
+  const motion = Motion.procedural("hop", avatar);
+  let largest = 0;
+  for (let tick = 0; tick < seconds * 60; tick += 1) {
+    skin.writePose(motion.poseAt(tick / 60));
+    skin.update(1 / 60);
+    largest = Math.max(largest, largestOffset(avatar.offsets));
+  }
+  motion.dispose();
+  return largest;
+}
+
+describe("DynaSkin in Babylon.js", () => {
+  it.each([
+    ["left-handed", false],
+    ["right-handed", true],
+  ])("draws the surface that the avatar skins in a %s scene", async (_name, rightHanded) => {
+    const { mesh } = await loadBody(rightHanded);
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    expect(hop(skin, avatar)).toBeGreaterThan(0.002);
+    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(5e-6);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("gives a giant the same tissue, wherever it stands", async () => {
+    const offsets: Float32Array[] = [];
+    for (const [scale, x, turn] of [
+      [1, 0, 0],
+      [10, 3, 1],
+      [0.1, -2, -2],
+    ] as const) {
+      const { mesh, mover } = await loadBody();
+      mover.scaling.setAll(scale);
+      mover.position.set(x, 0, x);
+      mover.rotationQuaternion = Quaternion.RotationAxis(Vector3.Up(), turn);
+      const avatar = model.createAvatar({ shape: SHAPE });
+      const skin = new DynaSkin(avatar, mesh);
+      hop(skin, avatar);
+      offsets.push(avatar.offsets.slice());
+      skin.dispose();
+      avatar.dispose();
+    }
+    const [usual = new Float32Array(), giant = [], dwarf = []] = offsets;
+    expect(largestOffset(usual)).toBeGreaterThan(1e-3);
+    // Babylon's world matrices are single precision, and accelerations are second differences.
+    expect(largestDifference(usual, giant)).toBeLessThan(1e-3);
+    expect(largestDifference(usual, dwarf)).toBeLessThan(1e-3);
+  });
+
+  it("follows a change of shape, within its bounds", async () => {
+    const { mesh, mover } = await loadBody();
+    const avatar = model.createAvatar();
+    const skin = new DynaSkin(avatar, mesh);
+    skin.update(1 / 60);
+    avatar.setShape(SHAPE);
+    mover.position.set(4, 0, 0);
+    skin.update(1 / 60);
+    const drawn = drawnPositions(mesh);
+    const skinned = avatar.skinned().positions;
+    expect(largestDifference(drawn, skinned)).toBeLessThan(5e-6);
+    const { minimumWorld, maximumWorld } = mesh.getBoundingInfo().boundingBox;
+    for (let at = 0; at < drawn.length; at += 3) {
+      expect(drawn[at]).toBeGreaterThan(minimumWorld.x);
+      expect(drawn[at]).toBeLessThan(maximumWorld.x);
+      expect(drawn[at + 1]).toBeLessThan(maximumWorld.y);
+    }
+    expect(maximumWorld.x - minimumWorld.x).toBeLessThan(6);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("restores the mesh on dispose, which may be repeated", async () => {
+    const { mesh } = await loadBody();
+    const before = drawnPositions(mesh);
+    const { geometry, morphTargetManager } = mesh;
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    skin.update(1 / 60);
+    expect(largestDifference(drawnPositions(mesh), before)).toBeGreaterThan(0.01);
+    skin.dispose();
+    skin.dispose();
+    expect(mesh.geometry).toBe(geometry);
+    expect(mesh.morphTargetManager).toBe(morphTargetManager);
+    expect(largestDifference(drawnPositions(mesh), before)).toBeLessThan(1e-6);
+    await expectError("disposed", () => skin.update(1 / 60));
+    await expectError("disposed", () => skin.writePose(restPose()));
+    new DynaSkin(avatar, mesh).dispose();
+    avatar.dispose();
+  });
+
+  it("refuses meshes that do not fit", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    await expectError("argument", () => new DynaSkin(avatar, undefined as unknown as Mesh));
+    await expectError("argument", () => new DynaSkin(avatar, mesh, { vertexMap: [1] }));
+    const twin = mesh.clone("twin");
+    twin.skeleton = mesh.skeleton;
+    await expectError("argument", () => new DynaSkin(avatar, mesh));
+    twin.dispose();
+    new DynaSkin(avatar, mesh).dispose();
+    avatar.dispose();
+  });
+});
