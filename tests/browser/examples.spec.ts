@@ -6,3 +6,9 @@ test("three.js with WebGLRenderer", ({ page }) => expectTissue(page, "three/", "
 
 test("three.js with WebGPURenderer where there is no WebGPU", ({ page }) =>
   expectTissue(page, "three/?renderer=webgpu", "three-webgpu-fallback"));
+
+test("Babylon.js", ({ page }) => expectTissue(page, "babylon/", "babylon"));
+
+test("plain WebGL2", ({ page }) => expectTissue(page, "webgl2/", "webgl2"));
+
+test("React with react-three-fiber", ({ page }) => expectTissue(page, "react/", "react"));

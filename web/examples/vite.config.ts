@@ -10,7 +10,7 @@ export default defineConfig({
     target: "es2022",
     chunkSizeWarningLimit: 4000,
     rolldownOptions: {
-      input: ["index.html", "three/index.html"],
+      input: ["", "three/", "babylon/", "webgl2/", "react/"].map((folder) => `${folder}index.html`),
     },
   },
 });
