@@ -8,10 +8,20 @@ import { run, say, which } from "./lib/run.mjs";
 /** Equal to `wasm-bindgen` in the root Cargo.toml: the two speak a private format. */
 export const WASM_BINDGEN_VERSION = "0.2.130";
 
+/** burn 0.22.1 asks for Rust 1.95. */
+const RUST_MINOR = 95;
+
 /** Rust itself, and its WebAssembly target. */
 export async function ensureRust() {
   if (!which("cargo")) {
     throw new Error("Rust is missing. Install it with rustup, then run this again.");
+  }
+  const { output } = await run("rustc", ["--version"], { quiet: true });
+  const [, major, minor] = /rustc (\d+)\.(\d+)/.exec(output) ?? [];
+  if (!(Number(major) > 1 || Number(minor) >= RUST_MINOR)) {
+    throw new Error(
+      `${output.trim()} is too old: 1.${RUST_MINOR} is needed. Run \`rustup update stable\`.`,
+    );
   }
   if (await hasWasmTarget()) return;
   if (!which("rustup")) {

@@ -8,8 +8,9 @@ use crate::MotionError;
 /// The rate at which simulator, training and runtime tick, in hertz.
 pub const MODEL_RATE_HZ: f64 = 60.0;
 
-/// Largest number of frames of a clip: more than two hours at 60 Hz, about 400 MB of poses.
-pub const MAX_CLIP_FRAMES: usize = 500_000;
+/// Largest number of frames of a clip: nearly an hour at 60 Hz, about 160 MB of poses, which a
+/// phone's browser still gives.
+pub const MAX_CLIP_FRAMES: usize = 200_000;
 
 /// Poses at equal time steps.
 #[derive(Clone, Debug)]

@@ -97,6 +97,19 @@ pub enum MotionError {
         /// What is wrong.
         problem: String,
     },
+    /// The body is taken farther from its start than any motion leads.
+    #[error(
+        "frame {frame}: the body is {distance_m:.3e} m from where it starts, at most {limit_m} m \
+         are accepted; look for a broken value in this frame"
+    )]
+    TooFar {
+        /// Frame, counted from 1.
+        frame: usize,
+        /// Distance in metres, scaled to the body.
+        distance_m: f64,
+        /// Largest accepted distance in metres.
+        limit_m: f64,
+    },
     /// A parameter is outside its range.
     #[error("{name} is {got}, expected {expected}")]
     Parameter {

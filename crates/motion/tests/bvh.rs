@@ -203,7 +203,7 @@ fn errors_name_the_line_and_what_was_expected() {
     check_error(&SMALL.replace("Frames: 2", "Frames: -2"), 17, "at least 1");
     check_error(&SMALL.replace("Frames: 2", "Frames: 2.5"), 17, "at least 1");
     check_error(
-        &SMALL.replace("Frames: 2", "Frames: 400000"),
+        &SMALL.replace("Frames: 2", "Frames: 150000"),
         18,
         "truncated",
     );

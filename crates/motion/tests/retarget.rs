@@ -426,6 +426,18 @@ fn a_file_without_a_person_is_refused_by_the_names_it_lacks() {
 }
 
 #[test]
+fn a_body_that_leaves_for_the_moon_is_refused() {
+    let mut frames = lively(5);
+    frames[3][1] = 9e8;
+    let bvh = Bvh::parse(source_bvh(&MIXAMO, 1.0, &frames).as_bytes()).unwrap();
+    let result = retarget(&bvh, &female_joints_m());
+    assert!(
+        matches!(result, Err(MotionError::TooFar { frame: 4, .. })),
+        "{result:?}"
+    );
+}
+
+#[test]
 fn bones_without_length_are_refused_or_tolerated() {
     // Zero offsets of neck and collars are common and harmless.
     let text = source_bvh(&MIXAMO, 1.0, &lively(5)).replace("OFFSET 3 8 0", "OFFSET 0 0 0");

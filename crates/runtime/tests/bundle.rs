@@ -263,6 +263,26 @@ fn a_graph_that_would_hang_the_page_is_refused() {
 }
 
 #[test]
+fn a_graph_that_would_fill_the_memory_is_refused() {
+    let mut graph = Graph::new("wide");
+    let latent = graph.input("latent", &[1, support::SMALL.latents]).unwrap();
+    let zeros = vec![0.0; 4096];
+    let wide = graph
+        .weights("wide", &[1, 4096], &zeros, Precision::Single)
+        .unwrap();
+    let tall = graph
+        .weights("tall", &[4096, 1], &zeros, Precision::Single)
+        .unwrap();
+    // 16 million numbers each, with few multiplications.
+    for _ in 0..10 {
+        graph.matmul(&tall, &wide).unwrap();
+    }
+    graph.output("offsets", &latent).unwrap();
+    let error = load_error(&predictor_onnx(), &graph.into_bytes());
+    assert!(error.to_string().contains("numbers a run"), "{error}");
+}
+
+#[test]
 fn truncated_networks_never_panic() {
     let (predictor, decoder) = (predictor_onnx(), decoder_onnx());
     for cut in (0..predictor.len()).step_by(97) {

@@ -172,19 +172,18 @@ fn standing_still_settles_to_zero() {
             avatar.step(stand, DT).unwrap();
             distance(&before, avatar.offsets_rest_m())
         };
-        for _ in 0..60 {
-            avatar.reset();
-            avatar.step(&Pose::REST, DT).unwrap();
+        // Back to the rest pose within a second, and ten seconds there.
+        for tick in 1..=660 {
+            let part = f64::from(tick.min(60)) / 60.0;
+            let pose = stand.interpolated(&Pose::REST, part);
+            avatar.step(&pose, DT).unwrap();
         }
         let rest = largest(avatar.offsets_rest_m());
         println!("{name}: peak {peak} m; standing after 1..5 s {after:?} m; rest pose {rest:e} m");
-        assert!(rest < 1e-6, "{name}: {rest} m in the rest pose");
-        assert!(moving < 1e-5, "{name}: still moving by {moving} m a tick");
-        assert!(
-            after[4] < 0.1 * peak,
-            "{name}: {} m of {peak} m left",
-            after[4]
-        );
+        assert!(rest <= 1e-5, "{name}: {rest} m in the rest pose");
+        assert!(moving <= 1e-7, "{name}: still moving by {moving} m a tick");
+        // The last pose is not the rest pose: gravity pulls at hanging arms another way.
+        assert!(after[4] < 0.002, "{name}: {} m left", after[4]);
     }
 }
 

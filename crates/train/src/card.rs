@@ -17,8 +17,10 @@ pub fn model_card(name: &str, licence: &str, facts: &TrainingFacts, report: &Rep
         card,
         "Predicts the offsets of the soft tissue of the {name} body from the motion of its \
          skeleton, sixty times a second: `predictor.onnx` (damped springs and an LSTM over \
-         inertial features, one step a call) and `decoder.onnx` (linear). Made by `dynaskin train`; the numbers below by \
-         the runtime playing the exported files.\n\n"
+         inertial features, one step a call) and `decoder.onnx` (linear). Made by `dynaskin train`. \
+         The numbers below come from playing the exported files through the runtime's features and \
+         networks, frame by frame from a state of zeros, without the avatar's delay of one tick; \
+         `dynaskin evaluate` prints them again.\n\n"
     );
     write_training(&mut card, facts);
     write_results(&mut card, report);

@@ -2,7 +2,7 @@
 //!
 //! Base mesh and adult targets give random adults; their closed surface is thinned to SMPL's
 //! vertex count, the rig folded into SMPL's joints, and a shape space fitted. Adults only: age is
-//! 25 years and up. Chest and groin are smoothed neutral.
+//! 25 years and up. The chest is smoothed neutral.
 
 mod decimate;
 mod morphs;
@@ -272,7 +272,7 @@ fn stature_m(positions_m: &[Vec3]) -> f32 {
     high - low
 }
 
-/// Smooths nipples and groin out of the surface, by the same linear rule for every body.
+/// Smooths nipples out of the surface, by the same linear rule for every body.
 fn neutral(vertices_m: &[Vec3], quads: &[[usize; 4]], breast: &[f32]) -> Vec<Vec3> {
     let mut vertices_m = vertices_m.to_vec();
     // The four corners of each quad, around each body vertex.

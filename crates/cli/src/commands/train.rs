@@ -250,10 +250,11 @@ fn facts(
             kinds.join(", ")
         )
     };
+    let longest = training().map(|clip| clip.frames).max().unwrap_or(0) as f64 / 60.0;
     TrainingFacts {
         data: format!(
             "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {captured} clips of \
-             CMU motion captures (mocap.cs.cmu.edu){formula}.",
+             CMU motion captures (mocap.cs.cmu.edu){formula}, each at most {longest:.1} seconds.",
             shapes.len()
         ),
         seed: config.seed,

@@ -21,12 +21,13 @@ pub use mapping::{JointReport, LengthUnit};
 /// Carries the motion of `bvh` over to a skeleton with these rest joint positions (metres).
 ///
 /// The clip keeps the file's frame rate ([`Clip::resampled`] changes it) and has an empty name. The
-/// pelvis starts at x = z = 0; the lowest sole over the clip stands on y = 0. Translations are
-/// scaled by the ratio of the leg lengths.
+/// pelvis starts at x = z = 0; standing soles are on y = 0 (single frames may lie lower).
+/// Translations are scaled by the ratio of the leg lengths.
 ///
 /// # Errors
 /// [`MotionError::MissingJoints`] where the names do not show a person,
-/// [`MotionError::Degenerate`] where bones have no length.
+/// [`MotionError::Degenerate`] where bones have no length, [`MotionError::TooFar`] where the body
+/// leaves for another country.
 pub fn retarget(
     bvh: &Bvh,
     target_joints_m: &[Vec3; JOINT_COUNT],
@@ -42,26 +43,29 @@ pub fn retarget(
 
     // Whether the source's feet in the rest pose stand on the floor or turn with spread legs is
     // not written anywhere: what keeps the soles flatter is right.
-    let mut flattest: Option<(f64, Alignment, Vec<Pose>)> = None;
+    let mut flattest: Option<(f64, Alignment)> = None;
+    let every = bvh.frame_count().div_ceil(MAX_JUDGED_FRAMES);
     for reference in [SoleReference::Floor, SoleReference::Shin] {
         let alignment = Alignment::new(&source, &target_m, reference)?;
-        let frames = source.poses(&alignment, &target_m, scale);
+        let frames = source.poses(&alignment, &target_m, scale, every);
         let tilt = floor::sole_tilt(&frames, bvh.frame_seconds, target_joints_m);
-        if flattest.as_ref().is_none_or(|(least, ..)| tilt < *least) {
-            flattest = Some((tilt, alignment, frames));
+        if flattest.as_ref().is_none_or(|(least, _)| tilt < *least) {
+            flattest = Some((tilt, alignment));
         }
     }
-    let Some((_, mut alignment, frames)) = flattest else {
+    let Some((_, mut alignment)) = flattest else {
         return Err(MotionError::EmptyClip);
     };
-    // Rest feet are not drawn exactly flat either: standing feet show by how much.
-    alignment.pitch_soles(floor::standing_pitch(
-        &frames,
-        bvh.frame_seconds,
-        target_joints_m,
-    ));
-    let mut frames = source.poses(&alignment, &target_m, scale);
+    // Rest feet are not drawn exactly flat either: standing feet show by how much. Long files fill
+    // hundreds of megabytes with poses, so these are gone before the next ones are made.
+    let standing_pitch = {
+        let frames = source.poses(&alignment, &target_m, scale, 1);
+        floor::standing_pitch(&frames, bvh.frame_seconds, target_joints_m)
+    };
+    alignment.pitch_soles(standing_pitch);
+    let mut frames = source.poses(&alignment, &target_m, scale, 1);
     floor::put_on_floor(&mut frames, bvh.frame_seconds, target_joints_m);
+    check_distance(&frames)?;
     let report = JointReport::new(bvh, &mapping, source_leg, scale);
     let clip = Clip {
         name: String::new(),
@@ -69,6 +73,29 @@ pub fn retarget(
         frames,
     };
     Ok((clip, report))
+}
+
+/// Frames that the choice between two rest poses of the feet looks at, at most.
+const MAX_JUDGED_FRAMES: usize = 2_000;
+
+/// Farthest way from the start in metres: no capture leads there, and farther away the single
+/// precision of a skinned surface gets coarse.
+const MAX_DISTANCE_M: f64 = 1e4;
+
+fn check_distance(frames: &[Pose]) -> Result<(), MotionError> {
+    let far = frames.iter().enumerate().find_map(|(frame, pose)| {
+        let distance_m = pose.root_translation_m.length();
+        let is_near = distance_m.is_finite() && distance_m <= MAX_DISTANCE_M;
+        (!is_near).then_some((frame, distance_m))
+    });
+    match far {
+        None => Ok(()),
+        Some((frame, distance_m)) => Err(MotionError::TooFar {
+            frame: frame + 1,
+            distance_m,
+            limit_m: MAX_DISTANCE_M,
+        }),
+    }
 }
 
 fn check_leg(skeleton: &'static str, leg: f64) -> Result<(), MotionError> {
@@ -161,13 +188,16 @@ impl<'a> Source<'a> {
         leg_length(&Joint::ALL.map(|joint| self.rest_of(joint).unwrap_or_default()))
     }
 
+    /// Poses of every `every`-th frame.
     fn poses(
         &self,
         alignment: &Alignment,
         target_m: &[DVec3; JOINT_COUNT],
         scale: f64,
+        every: usize,
     ) -> Vec<Pose> {
         (0..self.bvh.frame_count())
+            .step_by(every.max(1))
             .map(|frame| self.pose(frame, alignment, target_m, scale))
             .collect()
     }

@@ -302,6 +302,8 @@ impl Node<'_> {
         let dims: Vec<i64> = shape.iter().map(|&n| n as i64).collect();
         proto::shape(self.translation.network, &self.place, &dims)?;
         self.translation
+            .put_out(&self.place, shape.iter().product())?;
+        self.translation
             .define(&self.proto.output[0], Known::Wire { outlet, shape })
     }
 

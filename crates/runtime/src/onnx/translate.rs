@@ -17,6 +17,10 @@ const MAX_NODES: usize = 4096;
 /// largest planned, needs 0.15e9; a file above this would hang a page.
 const MAX_MULTIPLICATIONS: u64 = 1 << 30;
 
+/// Most numbers that all nodes of one run put out together: 256 MiB in single precision. The
+/// largest network of the project puts out 0.2e6.
+const MAX_OUTPUTS: usize = 1 << 26;
+
 /// A value of the graph that is known so far.
 #[derive(Clone, Debug)]
 pub(super) enum Known {
@@ -37,6 +41,7 @@ pub(super) struct Translation {
     pub model: TypedModel,
     values: HashMap<String, Known>,
     multiplications: u64,
+    outputs: usize,
 }
 
 pub(super) fn translate(network: Network, graph: &GraphMessage) -> Result<Graph, RuntimeError> {
@@ -49,6 +54,7 @@ pub(super) fn translate(network: Network, graph: &GraphMessage) -> Result<Graph,
         model: TypedModel::default(),
         values: HashMap::new(),
         multiplications: 0,
+        outputs: 0,
     };
     for tensor in &graph.initializer {
         translation.add_initializer(tensor)?;
@@ -192,6 +198,16 @@ impl Translation {
                 let problem = format!("more than {MAX_MULTIPLICATIONS} multiplications a run");
                 invalid(self.network, place, problem)
             })?;
+        Ok(())
+    }
+
+    /// Counts the numbers of a node's output against [`MAX_OUTPUTS`].
+    pub fn put_out(&mut self, place: &str, numbers: usize) -> Result<(), RuntimeError> {
+        self.outputs = self.outputs.saturating_add(numbers);
+        if self.outputs > MAX_OUTPUTS {
+            let problem = format!("its nodes put out more than {MAX_OUTPUTS} numbers a run");
+            return Err(invalid(self.network, place, problem));
+        }
         Ok(())
     }
 
