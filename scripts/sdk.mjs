@@ -1,6 +1,7 @@
 // Compiles web/sdk with tsc and puts the wasm files and their glue beside the result.
-import { copyFileSync, mkdirSync, readdirSync, rmSync } from "node:fs";
+import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
+import { gzipSync } from "node:zlib";
 import { ROOT, SDK } from "./lib/paths.mjs";
 import { run } from "./lib/run.mjs";
 import { WASM_OUT } from "./wasm.mjs";
@@ -9,14 +10,26 @@ import { WASM_OUT } from "./wasm.mjs";
 export async function buildSdk() {
   const dist = join(SDK, "dist");
   rmSync(dist, { recursive: true, force: true });
+  writeInlineCore();
   await run(process.execPath, [tscProgram(), "-p", join(SDK, "tsconfig.json")]);
   mkdirSync(join(dist, "wasm"), { recursive: true });
   // The glue's own .d.ts files stay behind: the package's types are hand-written.
   for (const name of readdirSync(WASM_OUT)) {
-    if (/^(core|renderer)(\.js|_bg\.wasm)$/.test(name)) {
+    if (/^(core|core-inline|renderer)(\.js|_bg\.wasm)$/.test(name)) {
       copyFileSync(join(WASM_OUT, name), join(dist, "wasm", name));
     }
   }
+}
+
+/** The core as a JavaScript module, for the entry `inline`; packed, or it would be 9 MB. */
+function writeInlineCore() {
+  const packed = gzipSync(readFileSync(join(WASM_OUT, "core_bg.wasm")), { level: 9 });
+  const module = join(WASM_OUT, "core-inline");
+  writeFileSync(
+    `${module}.js`,
+    `export const CORE_GZIP_BASE64 = "${packed.toString("base64")}";\n`,
+  );
+  writeFileSync(`${module}.d.ts`, "export const CORE_GZIP_BASE64: string;\n");
 }
 
 /** The path of TypeScript's command line. */

@@ -34,7 +34,7 @@ function createScene(engine: Engine): { scene: Scene; shadows: ShadowGenerator }
   sun.intensity = 2;
   const ground = CreateGround("ground", { width: 5, height: 5 }, scene);
   const grey = new StandardMaterial("grey", scene);
-  grey.diffuseColor = new Color3(0.6, 0.58, 0.55);
+  grey.diffuseColor = new Color3(0.3, 0.29, 0.27);
   grey.specularColor = Color3.Black();
   ground.material = grey;
   ground.receiveShadows = true;

@@ -29,11 +29,19 @@ export async function compile(
   try {
     return await WebAssembly.compile(bytes as Uint8Array<ArrayBuffer>);
   } catch (cause) {
-    throw new DynaSkinError("wasm", explain(cause, options.what), { cause });
+    throw new DynaSkinError("wasm", explain(cause, options.what, bytes), { cause });
   }
 }
 
-function explain(cause: unknown, what: string): string {
+/** The smallest module with a SIMD instruction: `i32.const 0`, `i8x16.splat`. */
+const SIMD_PROBE = Uint8Array.of(
+  ...[0, 97, 115, 109, 1, 0, 0, 0],
+  ...[1, 5, 1, 96, 0, 1, 123],
+  ...[3, 2, 1, 0],
+  ...[10, 8, 1, 6, 0, 65, 0, 253, 15, 11],
+);
+
+function explain(cause: unknown, what: string, bytes: Uint8Array): string {
   const reason = cause instanceof Error ? cause.message : String(cause);
   if (/unsafe-eval|Content Security Policy|disallowed by embedder/i.test(reason)) {
     return (
@@ -41,5 +49,14 @@ function explain(cause: unknown, what: string): string {
       "Add 'wasm-unsafe-eval' to script-src."
     );
   }
-  return `The browser could not compile ${what}: ${reason}. It needs WebAssembly with SIMD.`;
+  if (bytes[0] === "<".charCodeAt(0)) {
+    return (
+      `Instead of ${what} the server sent a page of HTML, as it does for addresses it does not know. ` +
+      "Check that the .wasm file is served, or hand it to load() as `wasm`."
+    );
+  }
+  if (!WebAssembly.validate(SIMD_PROBE)) {
+    return `This browser has no WebAssembly SIMD, which ${what} needs (all have it since 2023).`;
+  }
+  return `The browser could not compile ${what}: ${reason}.`;
 }

@@ -1,0 +1,27 @@
+/**
+ * dynaskin in one JavaScript file: the same as the main entry, with the WebAssembly inside. For
+ * bundlers that copy no files (esbuild), and for pages that must not fetch any. Larger than the
+ * file by a third, and decoded at each start.
+ *
+ * @module
+ */
+import { type LoadOptions, load as loadWith } from "../load.js";
+import type { Model } from "../model.js";
+import { CORE_GZIP_BASE64 } from "../wasm/core-inline.js";
+
+export * from "../index.js";
+
+/**
+ * Loads a model as the main entry's `load` does; the WebAssembly is in this module, so `wasm` can be
+ * left out.
+ *
+ * @throws DynaSkinError as `load` of the main entry
+ */
+export function load(options: LoadOptions): Promise<Model> {
+  return loadWith({ ...options, wasm: options.wasm ?? unpack() });
+}
+
+function unpack(): Response {
+  const packed = Uint8Array.from(atob(CORE_GZIP_BASE64), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")));
+}
