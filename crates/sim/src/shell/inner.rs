@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use dynaskin_body::vertex_normals;
 use glam::Vec3;
 
 use super::Surface;
@@ -44,7 +45,7 @@ impl InnerSurface {
             .iter()
             .map(|v| surface.positions_m[*v as usize])
             .collect();
-        let normals = vertex_normals(surface);
+        let normals = vertex_normals(&surface.positions_m, &surface.faces);
         let mut inward: Vec<Vec3> = columns
             .vertex
             .iter()
@@ -172,21 +173,6 @@ fn cut_folds(
 
 fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a) * 0.5
-}
-
-/// Unit normals, weighted by area.
-fn vertex_normals(surface: &Surface) -> Vec<Vec3> {
-    let mut normals = vec![Vec3::ZERO; surface.positions_m.len()];
-    for face in &surface.faces {
-        let area = area_vector(face.map(|v| surface.positions_m[v as usize]));
-        for &v in face {
-            normals[v as usize] += area;
-        }
-    }
-    for normal in &mut normals {
-        *normal = normal.normalize_or_zero();
-    }
-    normals
 }
 
 /// One round of moving every value towards the mean of its neighbours.
