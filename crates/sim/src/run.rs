@@ -9,7 +9,10 @@ use std::path::PathBuf;
 use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
 use dynaskin_motion::MotionError;
 
+use crate::dataset::DatasetError;
 use crate::settings::SimSettings;
+use crate::shell::ShellError;
+use crate::simulate::SimError;
 pub use execute::execute;
 pub use motions::{Motion, captures, procedurals};
 pub use shapes::{HELD_OUT_SHAPES, TRAINING_SHAPES};
@@ -58,7 +61,7 @@ pub struct Run<'a> {
 }
 
 /// How one job went.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct JobReport {
     /// Name of the clip.
     pub name: String,
@@ -69,7 +72,7 @@ pub struct JobReport {
 }
 
 /// What came out of one job.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Outcome {
     /// Simulated and written.
     Written {
@@ -85,7 +88,7 @@ pub enum Outcome {
 }
 
 /// Why a data set or a clip of it could not be made.
-#[derive(Debug, Clone, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A folder or file cannot be read or made.
     #[error("{path}: {reason}")]
@@ -109,9 +112,15 @@ pub enum RunError {
         /// Why.
         source: MotionError,
     },
-    /// The simulation or the file failed; the text says which.
-    #[error("{0}")]
-    Clip(String),
+    /// The body has no tissue to simulate.
+    #[error(transparent)]
+    Shell(#[from] ShellError),
+    /// The simulation failed.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// The clip's file cannot be written.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
 }
 
 impl Run<'_> {

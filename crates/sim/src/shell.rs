@@ -64,7 +64,7 @@ pub struct ShellReport {
 }
 
 /// Why no shell could be built.
-#[derive(Debug, thiserror::Error, PartialEq)]
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum ShellError {
     /// The model tells no tissue thickness or region weights.
     #[error(

@@ -21,7 +21,7 @@ const METHOD: u32 = 2;
 /// Reports come back in the order of the jobs; files do not depend on the number of threads.
 ///
 /// # Errors
-/// [`RunError::Io`] if the folder cannot be made, [`RunError::Clip`] if the body has no soft
+/// [`RunError::Io`] if the folder cannot be made, [`RunError::Shell`] if the body has no soft
 /// tissue. A failing clip is no error here: its report tells.
 pub fn execute(
     run: &Run<'_>,
@@ -32,8 +32,7 @@ pub fn execute(
         path: run.out.clone(),
         reason: error.to_string(),
     })?;
-    Shell::for_body(run.body, &Run::shape(0), &run.settings)
-        .map_err(|error| RunError::Clip(error.to_string()))?;
+    Shell::for_body(run.body, &Run::shape(0), &run.settings)?;
     let mut shells: HashMap<usize, OnceLock<Result<Shell, ShellError>>> = HashMap::new();
     for job in jobs {
         shells.entry(job.shape).or_default();
@@ -46,7 +45,7 @@ pub fn execute(
                 .get_or_init(|| Shell::for_body(run.body, &Run::shape(job.shape), &run.settings));
             let outcome = match shell {
                 Ok(shell) => one(run, job, shell).unwrap_or_else(Outcome::Failed),
-                Err(error) => Outcome::Failed(RunError::Clip(error.to_string())),
+                Err(error) => Outcome::Failed(error.clone().into()),
             };
             let report = JobReport {
                 name: job.name(),
@@ -90,12 +89,8 @@ fn one(run: &Run<'_>, job: &Job, shell: &Shell) -> Result<Outcome, RunError> {
         shape,
         sim_json,
     };
-    let simulated = simulate_clip(shell, &clip, &run.settings, labels)
-        .map_err(|error| RunError::Clip(error.to_string()))?;
-    simulated
-        .data
-        .write(&path)
-        .map_err(|error| RunError::Clip(error.to_string()))?;
+    let simulated = simulate_clip(shell, &clip, &run.settings, labels)?;
+    simulated.data.write(&path)?;
     Ok(Outcome::Written {
         substeps: simulated.substeps,
         largest_m: largest_per_region(run, &simulated.data),
