@@ -2,19 +2,23 @@
 
 use std::sync::Arc;
 
-use dynaskin_body::{JOINT_COUNT, Pose, REGION_COUNT, Region, SHAPE_COUNT, SkinMatrices};
+use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices};
 use glam::{Mat4, Vec3};
 
 use crate::RuntimeError;
 use crate::clock::{Advance, Settled, TickClock};
+use crate::controls::{Controls, in_range};
 use crate::model::Model;
 use crate::pose;
 use crate::skin;
-use crate::surface::Surface;
+use crate::surface::{Surface, VertexControls};
 use crate::tissue::Tissue;
 
-/// Largest strength and region gain.
-pub const MAX_GAIN: f32 = 4.0;
+/// Smallest scale of an avatar.
+pub const MIN_SCALE: f64 = 0.1;
+
+/// Largest scale of an avatar.
+pub const MAX_SCALE: f64 = 10.0;
 
 /// Largest shape coefficient, in standard deviations either way.
 pub const MAX_SHAPE_COEFFICIENT: f32 = 5.0;
@@ -63,9 +67,10 @@ pub struct Avatar {
     /// Whether the tissue must be settled before it can be ticked.
     unsettled: bool,
     enabled: bool,
-    strength: f32,
-    region_gains: [f32; REGION_COUNT],
-    vertex_gains: Vec<f32>,
+    /// Metres of the world in a metre of the body.
+    scale: f64,
+    controls: Controls,
+    vertex_controls: Vec<VertexControls>,
     skin: SkinMatrices,
     skin_matrices: [Mat4; JOINT_COUNT],
     skinned_positions_m: Vec<Vec3>,
@@ -95,23 +100,25 @@ impl Avatar {
             tissue,
             unsettled: true,
             enabled: true,
-            strength: 1.0,
-            region_gains: [1.0; REGION_COUNT],
-            vertex_gains: vec![1.0; model.soft_vertices().len()],
+            scale: 1.0,
+            controls: Controls::default(),
+            vertex_controls: vec![VertexControls::NONE; model.soft_vertices().len()],
             skin_matrices: skin::matrices(&skin),
             skin,
             skinned_positions_m: vec![Vec3::ZERO; vertex_count],
             skinned_normals: vec![Vec3::ZERO; vertex_count],
             model,
         };
-        avatar.update_vertex_gains();
+        avatar.update_vertex_controls();
         Ok(avatar)
     }
 
-    /// Moves on by `dt_seconds` to `pose`.
+    /// Moves on by `dt_seconds` to `pose`, whose translation is in metres of the world.
     ///
     /// The first pose, and one after a stall or a cut, is taken as one in which the body has stood
-    /// for long. A step of 0 s (a pause) changes the skin matrices alone.
+    /// for long; after a stall or a cut, what was shown gives way to that over
+    /// [`crate::FADE_SECONDS`]. A step of 0 s (a pause) changes the skin matrices alone. For slow
+    /// motion, slow the time steps down with the poses.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidTimeStep`]: the avatar stays as it
@@ -131,7 +138,9 @@ impl Avatar {
         dt_seconds: f64,
         stopwatch: Stopwatch<'_>,
     ) -> Result<StepReport, RuntimeError> {
-        let pose = &pose::checked(pose)?;
+        let mut pose = pose::checked(pose)?;
+        pose.root_translation_m /= self.scale;
+        let pose = &pose;
         TickClock::check(dt_seconds)?;
         let mut seconds = StageSeconds::default();
         let mut advance = self.clock.plan(pose, dt_seconds);
@@ -149,7 +158,7 @@ impl Avatar {
         self.clock.commit(pose, dt_seconds, advance);
         self.unsettled = !self.enabled;
         let start = stopwatch();
-        self.skin = SkinMatrices::new(pose, &self.joints_rest_m);
+        self.skin = skin::scaled(pose, &self.joints_rest_m, self.scale);
         self.skin_matrices = skin::matrices(&self.skin);
         seconds.skin = stopwatch() - start;
         let (ticks, settled) = match advance {
@@ -181,27 +190,75 @@ impl Avatar {
         Ok(())
     }
 
-    /// Scales all offsets: 1 is what the networks say, 0 nothing. The networks run on at 0, so the
-    /// tissue moves as if it always had when the strength comes back.
+    /// Changes all controls; what is shown follows at once. The networks run on at a strength of 0,
+    /// so the tissue moves as if it always had when the strength comes back.
     ///
     /// # Errors
-    /// [`RuntimeError::InvalidGain`] outside 0..=[`MAX_GAIN`].
-    pub fn set_strength(&mut self, strength: f32) -> Result<(), RuntimeError> {
-        self.strength = checked_gain("strength", strength)?;
-        self.update_vertex_gains();
+    /// [`RuntimeError::InvalidControl`]; the first time that stiffness or damping is changed on a
+    /// model, [`RuntimeError::Inference`], [`RuntimeError::NonFinite`] from measuring how its
+    /// regions swing. The avatar keeps its controls.
+    pub fn set_controls(&mut self, controls: &Controls) -> Result<(), RuntimeError> {
+        controls.check()?;
+        if let Some(tissue) = &mut self.tissue {
+            tissue.set_controls(&self.model, controls)?;
+        }
+        self.controls = *controls;
+        self.update_vertex_controls();
         self.apply();
         Ok(())
     }
 
-    /// Scales the offsets of one region.
+    /// The controls.
+    pub fn controls(&self) -> &Controls {
+        &self.controls
+    }
+
+    /// Changes [`Controls::strength`] alone.
     ///
     /// # Errors
-    /// [`RuntimeError::InvalidGain`] outside 0..=[`MAX_GAIN`].
+    /// As [`Self::set_controls`].
+    pub fn set_strength(&mut self, strength: f32) -> Result<(), RuntimeError> {
+        self.set_controls(&Controls {
+            strength,
+            ..self.controls
+        })
+    }
+
+    /// Changes the gain of one region alone.
+    ///
+    /// # Errors
+    /// As [`Self::set_controls`].
     pub fn set_region_gain(&mut self, region: Region, gain: f32) -> Result<(), RuntimeError> {
-        self.region_gains[region as usize] = checked_gain(region.name(), gain)?;
-        self.update_vertex_gains();
-        self.apply();
+        let mut controls = self.controls;
+        controls.regions[region as usize].gain = gain;
+        self.set_controls(&controls)
+    }
+
+    /// Makes the avatar `scale` times as large as its body; the world's metre stays. All that the
+    /// tissue feels is in lengths of the body, so a doll and a giant whose poses are to scale move
+    /// alike. The motion goes on; skin matrices follow with the next step.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidControl`] outside [`MIN_SCALE`]..=[`MAX_SCALE`].
+    pub fn set_scale(&mut self, scale: f64) -> Result<(), RuntimeError> {
+        in_range(
+            "the scale",
+            scale as f32,
+            MIN_SCALE as f32,
+            MAX_SCALE as f32,
+        )?;
+        let ratio = self.scale / scale;
+        self.clock.rescale(ratio);
+        if let Some(tissue) = &mut self.tissue {
+            tissue.rescale(ratio);
+        }
+        self.scale = scale;
         Ok(())
+    }
+
+    /// Metres of the world in a metre of the body.
+    pub fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// Switches the tissue off, which saves its cost, or on, after which it starts settled.
@@ -286,15 +343,18 @@ impl Avatar {
             return Ok(());
         };
         match advance {
-            Advance::Settle(_) => tissue.settle(pose)?,
+            Advance::Settle(reason) => tissue.settle(pose, reason != Settled::FirstPose)?,
             Advance::Tick(_) if dt_seconds == 0.0 => return Ok(()),
             Advance::Tick(ticks) => tissue.tick(&self.clock, pose, ticks, seconds, stopwatch)?,
         }
         let start = stopwatch();
-        tissue.decode(self.clock.phase_after(dt_seconds, advance))?;
+        if let Advance::Tick(_) = advance {
+            let phase = self.clock.phase_after(dt_seconds, advance);
+            tissue.show(phase, dt_seconds)?;
+        }
         let decoded = stopwatch();
         self.apply();
-        seconds.decode = decoded - start;
+        seconds.decode += decoded - start;
         seconds.apply = stopwatch() - decoded;
         Ok(())
     }
@@ -304,20 +364,18 @@ impl Avatar {
             return;
         }
         if let Some(tissue) = &self.tissue {
-            let (raw_m, rest_m) = tissue.decoded_m();
             self.surface.apply(
                 self.model.topology(),
                 self.model.soft_vertices(),
-                (raw_m, rest_m),
-                &self.vertex_gains,
+                tissue.shown_m(),
+                &self.vertex_controls,
             );
         }
     }
 
-    fn update_vertex_gains(&mut self) {
-        let gains = self.region_gains.map(|gain| gain * self.strength);
+    fn update_vertex_controls(&mut self) {
         self.model
-            .vertex_gains(&gains, self.strength, &mut self.vertex_gains);
+            .vertex_controls(&self.controls, &mut self.vertex_controls);
     }
 }
 
@@ -335,17 +393,5 @@ fn checked_shape(shape: &[f32]) -> Result<[f32; SHAPE_COUNT], RuntimeError> {
     {
         None => Ok(shape),
         Some(idx) => Err(invalid(format!("{} as coefficient {idx}", shape[idx]))),
-    }
-}
-
-fn checked_gain(control: &'static str, got: f32) -> Result<f32, RuntimeError> {
-    if (0.0..=MAX_GAIN).contains(&got) {
-        Ok(got)
-    } else {
-        Err(RuntimeError::InvalidGain {
-            control,
-            got,
-            limit: MAX_GAIN,
-        })
     }
 }

@@ -17,6 +17,10 @@ use crate::interpolate;
 /// tab, debugger), after which the tissue starts settled.
 pub const MAX_STEP_SECONDS: f64 = 0.25;
 
+/// Longest time step there is, in seconds: a day. No computer sleeps between two frames for longer,
+/// so a longer one is a date or a count of milliseconds.
+const MAX_PLAUSIBLE_STEP_SECONDS: f64 = 86_400.0;
+
 /// Change of the root's velocity (m/s) from one step to the next that counts as a cut. A change
 /// and not the velocity itself, so that riding a fast vehicle is no cut. The largest change in
 /// 170 captured clips of sport and dance (CMU, 60 Hz) is 3.6 m/s.
@@ -124,12 +128,23 @@ impl TickClock {
         }
     }
 
+    /// Another length is one metre now: `ratio` is the old one over the new one.
+    pub fn rescale(&mut self, ratio: f64) {
+        let earlier = self.earlier.as_mut().map(|(pose, _)| pose);
+        for pose in self.pose.iter_mut().chain(earlier) {
+            pose.root_translation_m *= ratio;
+        }
+        if let Some(velocity) = &mut self.velocity {
+            velocity.root_m_s *= ratio;
+        }
+    }
+
     /// Whether `dt_seconds` can be used.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidTimeStep`].
     pub fn check(dt_seconds: f64) -> Result<(), RuntimeError> {
-        if dt_seconds.is_finite() && dt_seconds >= 0.0 {
+        if (0.0..=MAX_PLAUSIBLE_STEP_SECONDS).contains(&dt_seconds) {
             Ok(())
         } else {
             Err(RuntimeError::InvalidTimeStep { got: dt_seconds })
@@ -310,7 +325,7 @@ mod tests {
         let stall = clock.plan(&Pose::REST, 3.0);
         assert_eq!(stall, Advance::Settle(Settled::Stall));
         assert_eq!(ticks(&mut clock, &[0.0, 0.0], 0.0), [0, 0]);
-        for dt in [f64::NAN, f64::INFINITY, -0.1] {
+        for dt in [f64::NAN, f64::INFINITY, -0.1, 1.7e12] {
             let error = TickClock::check(dt).unwrap_err();
             assert!(matches!(error, RuntimeError::InvalidTimeStep { .. }));
         }

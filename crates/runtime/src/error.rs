@@ -168,8 +168,11 @@ pub enum RuntimeError {
         /// What stands there.
         value: String,
     },
-    /// A time step is negative or not finite.
-    #[error("the time step is {got} s; give the seconds since the last step, 0 or more")]
+    /// A time step is negative, not finite, or longer than a day.
+    #[error(
+        "the time step is {got} s; give the seconds since the last step (not milliseconds, not a \
+         date), from 0 to 86400"
+    )]
     InvalidTimeStep {
         /// The step given, in seconds.
         got: f64,
@@ -182,13 +185,15 @@ pub enum RuntimeError {
         /// What is wrong.
         problem: String,
     },
-    /// A strength or a region's gain is negative, too large or not finite.
-    #[error("{control} is {got}; give a number from 0 to {limit}")]
-    InvalidGain {
-        /// `strength` or a region's name.
-        control: &'static str,
+    /// A control of an avatar is too small, too large or not finite.
+    #[error("{control} is {got}; give a number from {least} to {limit}")]
+    InvalidControl {
+        /// Which control, and of which region.
+        control: String,
         /// The number given.
         got: f32,
+        /// Smallest allowed.
+        least: f32,
         /// Largest allowed.
         limit: f32,
     },
@@ -214,7 +219,7 @@ impl RuntimeError {
             Self::ClipRate { .. } => "motion",
             Self::InvalidPose { .. } => "pose",
             Self::InvalidShape { .. } => "shape",
-            Self::InvalidTimeStep { .. } | Self::InvalidGain { .. } => "argument",
+            Self::InvalidTimeStep { .. } | Self::InvalidControl { .. } => "argument",
         }
     }
 }

@@ -26,22 +26,28 @@
 mod avatar;
 mod bundle;
 mod clock;
+mod controls;
 mod error;
 pub mod features;
 mod interpolate;
 mod model;
 mod onnx;
 mod pose;
+mod response;
 mod skin;
 mod surface;
 mod tissue;
 
-pub use avatar::{Avatar, MAX_GAIN, MAX_SHAPE_COEFFICIENT, StageSeconds, StepReport, Stopwatch};
+pub use avatar::{
+    Avatar, MAX_SCALE, MAX_SHAPE_COEFFICIENT, MIN_SCALE, StageSeconds, StepReport, Stopwatch,
+};
 pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile};
 pub use clock::{
     CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS, Settled,
 };
+pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, RegionControls};
 pub use error::{Network, RuntimeError};
 pub use model::Model;
 pub use onnx::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
-pub use surface::{OFFSET_KNEE_M, OFFSET_LIMIT_M};
+pub use surface::OFFSET_LIMIT_M;
+pub use tissue::FADE_SECONDS;

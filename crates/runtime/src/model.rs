@@ -1,13 +1,15 @@
 //! What avatars of one body share: the body, its networks and what follows from its topology.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use dynaskin_body::{BodyModel, REGION_COUNT};
 
 use crate::RuntimeError;
 use crate::bundle::{Bundle, field};
+use crate::controls::Controls;
 use crate::onnx::{Decoder, Predictor};
-use crate::surface::Topology;
+use crate::response::{self, Mode};
+use crate::surface::{OFFSET_LIMIT_M, Topology, VertexControls};
 
 /// A body and, once loaded, the networks that move its soft tissue. Immutable; avatars share it
 /// through an [`Arc`].
@@ -17,6 +19,8 @@ pub struct Model {
     networks: Option<Networks>,
     topology: Topology,
     soft_vertices: Vec<u32>,
+    /// Measured when first needed.
+    modes: OnceLock<[Mode; REGION_COUNT]>,
 }
 
 #[derive(Debug)]
@@ -106,6 +110,7 @@ impl Model {
                 decoder,
             }),
             soft_vertices,
+            modes: OnceLock::new(),
         })
     }
 
@@ -116,6 +121,7 @@ impl Model {
             body,
             networks: None,
             soft_vertices: Vec::new(),
+            modes: OnceLock::new(),
         }
     }
 
@@ -142,26 +148,42 @@ impl Model {
         &self.topology
     }
 
-    /// The gain of each soft vertex under the regions' `gains`: their mean weighted by the
+    /// How the regions swing by themselves.
+    pub(crate) fn modes(&self) -> Result<&[Mode; REGION_COUNT], RuntimeError> {
+        if let Some(modes) = self.modes.get() {
+            return Ok(modes);
+        }
+        let modes = response::modes(self)?;
+        Ok(self.modes.get_or_init(|| modes))
+    }
+
+    /// Gain and limit of each soft vertex under `controls`: the regions' means weighted by the
     /// vertex's membership. A vertex outside all regions is bone-like and gets 0; where the body
-    /// knows no regions, all get `elsewhere`.
-    pub(crate) fn vertex_gains(
-        &self,
-        gains: &[f32; REGION_COUNT],
-        elsewhere: f32,
-        target: &mut [f32],
-    ) {
+    /// knows no regions, all get the strength alone.
+    pub(crate) fn vertex_controls(&self, controls: &Controls, target: &mut [VertexControls]) {
         if self.body.region_weights.len() != REGION_COUNT {
-            target.fill(elsewhere);
+            target.fill(VertexControls {
+                gain: controls.strength,
+                limit_m: OFFSET_LIMIT_M,
+            });
             return;
         }
-        for (gain, &vertex) in target.iter_mut().zip(&self.soft_vertices) {
-            let (mut sum, mut weighted) = (0.0, 0.0);
-            for (weights, region_gain) in self.body.region_weights.iter().zip(gains) {
-                sum += weights[vertex as usize];
-                weighted += weights[vertex as usize] * region_gain;
+        for (target, &vertex) in target.iter_mut().zip(&self.soft_vertices) {
+            let (mut sum, mut gain, mut limit_m) = (0.0, 0.0, 0.0);
+            for (weights, region) in self.body.region_weights.iter().zip(&controls.regions) {
+                let weight = weights[vertex as usize];
+                sum += weight;
+                gain += weight * region.gain * controls.strength;
+                limit_m += weight * region.limit_m;
             }
-            *gain = if sum > 1e-6 { weighted / sum } else { 0.0 };
+            *target = if sum > 1e-6 {
+                VertexControls {
+                    gain: gain / sum,
+                    limit_m: limit_m / sum,
+                }
+            } else {
+                VertexControls::NONE
+            };
         }
     }
 }

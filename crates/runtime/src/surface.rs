@@ -3,12 +3,27 @@
 use dynaskin_body::BodyModel;
 use glam::Vec3;
 
-/// Length in metres up to which an offset is left alone. Tissue of an adult does not move further
-/// against its bones in any motion of the training data.
-pub const OFFSET_KNEE_M: f32 = 0.10;
-
-/// No offset is longer than this, in metres, whatever the networks and gains say.
+/// No offset is longer than this, in metres, whatever the networks and controls say. Offsets up to
+/// half of it are left alone: tissue of an adult does not move further against its bones in any
+/// motion of the training data.
 pub const OFFSET_LIMIT_M: f32 = 0.20;
+
+/// What is done to the offset of one vertex before it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct VertexControls {
+    /// Factor.
+    pub gain: f32,
+    /// Longest offset, in metres.
+    pub limit_m: f32,
+}
+
+impl VertexControls {
+    /// Shows nothing.
+    pub const NONE: Self = Self {
+        gain: 0.0,
+        limit_m: 0.0,
+    };
+}
 
 /// Which faces and normals can change when the soft vertices move.
 #[derive(Debug)]
@@ -97,24 +112,21 @@ impl Surface {
         self.update_normals(topology);
     }
 
-    /// Takes over the offsets of `soft_vertices`: the first of `decoded_m` minus the second (what
-    /// they are at rest), three numbers a vertex, times `gains`, softly limited; positions and
-    /// normals follow.
+    /// Takes over `offsets_m` of `soft_vertices`, three numbers a vertex, times their gains, softly
+    /// limited; positions and normals follow.
     pub fn apply(
         &mut self,
         topology: &Topology,
         soft_vertices: &[u32],
-        decoded_m: (&[f32], &[f32]),
-        gains: &[f32],
+        offsets_m: &[f32],
+        controls: &[VertexControls],
     ) {
-        let triples = decoded_m
-            .0
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .zip(decoded_m.1.as_chunks::<3>().0);
-        for ((&vertex, (raw, rest)), gain) in soft_vertices.iter().zip(triples).zip(gains) {
-            let offset_m = limited((Vec3::from_array(*raw) - Vec3::from_array(*rest)) * *gain);
+        let triples = offsets_m.as_chunks::<3>().0;
+        for ((&vertex, offset_m), controls) in soft_vertices.iter().zip(triples).zip(controls) {
+            let offset_m = limited(
+                Vec3::from_array(*offset_m) * controls.gain,
+                controls.limit_m,
+            );
             let idx = vertex as usize;
             self.offsets_m[idx] = offset_m;
             self.positions_m[idx] = self.still_positions_m[idx] + offset_m;
@@ -157,14 +169,19 @@ fn add_normals(faces: &[[u32; 3]], positions_m: &[Vec3], sums: &mut [Vec3]) {
     }
 }
 
-/// The offset with its length limited as by [`crate::features::SoftLimit`].
-fn limited(offset_m: Vec3) -> Vec3 {
+/// The offset with its length limited as by [`crate::features::SoftLimit`], the knee being half the
+/// limit.
+fn limited(offset_m: Vec3, limit_m: f32) -> Vec3 {
+    let knee_m = 0.5 * limit_m;
     let squared = offset_m.length_squared();
-    if squared <= OFFSET_KNEE_M * OFFSET_KNEE_M {
+    if squared <= knee_m * knee_m {
         return offset_m;
     }
+    if limit_m <= 0.0 {
+        return Vec3::ZERO;
+    }
     let length = squared.sqrt();
-    let room = OFFSET_LIMIT_M - OFFSET_KNEE_M;
-    let limited = OFFSET_KNEE_M + room * ((length - OFFSET_KNEE_M) / room).tanh();
+    let room = limit_m - knee_m;
+    let limited = knee_m + room * ((length - knee_m) / room).tanh();
     offset_m * (limited / length)
 }

@@ -1,4 +1,4 @@
-//! The soft tissue of one avatar: features, predictor, decoder, and settling.
+//! The soft tissue of one avatar: features, predictor, decoder, response, and settling.
 
 use std::sync::Arc;
 
@@ -8,9 +8,11 @@ use glam::Vec3;
 use crate::RuntimeError;
 use crate::avatar::{StageSeconds, Stopwatch};
 use crate::clock::{TickClock, Ticks};
+use crate::controls::Controls;
 use crate::features::InertialFeatures;
-use crate::model::Networks;
+use crate::model::{Model, Networks};
 use crate::onnx::{DecoderSession, PredictorSession, PredictorState};
+use crate::response::Response;
 
 /// Most ticks of standing still until the tissue counts as settled: 2 s, after which tissue of
 /// adults has long come to rest.
@@ -18,6 +20,10 @@ const MAX_SETTLE_TICKS: usize = 120;
 
 /// Settled is what changes by less than this fraction of the largest latent in one tick.
 const SETTLE_TOLERANCE: f32 = 1e-6;
+
+/// After a cut or a stall, what was shown before gives way to the settled tissue over this time, in
+/// seconds: a tissue's own swing takes about as long, so nothing pops.
+pub const FADE_SECONDS: f64 = 0.2;
 
 #[derive(Debug)]
 pub(crate) struct Tissue {
@@ -35,6 +41,14 @@ pub(crate) struct Tissue {
     /// What the networks put out when the body stands in the rest pose for good. The surface there
     /// is the plainly skinned one by definition, so this is their error, and is taken away.
     rest_m: Vec<f32>,
+    /// Changes stiffness and damping; none while they are as predicted.
+    response: Option<Response>,
+    /// What is shown, three numbers a soft vertex, in metres: 0 at rest.
+    shown_m: Vec<f32>,
+    /// What was shown before a cut, less what the cut settled to.
+    faded_m: Vec<f32>,
+    /// Time since that cut; as long as it is below [`FADE_SECONDS`], some of it is shown.
+    fade_seconds: f64,
 }
 
 impl Tissue {
@@ -56,15 +70,41 @@ impl Tissue {
             latent_shown: vec![0.0; latents],
             raw_m: vec![0.0; numbers],
             rest_m: vec![0.0; numbers],
+            response: None,
+            shown_m: vec![0.0; numbers],
+            faded_m: vec![0.0; numbers],
+            fade_seconds: FADE_SECONDS,
         };
         tissue.measure_rest(joints_rest_m, shape)?;
         tissue.raw_m.copy_from_slice(&tissue.rest_m);
         Ok(tissue)
     }
 
-    /// Offsets as last decoded and those at rest, three numbers a soft vertex, in metres.
-    pub fn decoded_m(&self) -> (&[f32], &[f32]) {
-        (&self.raw_m, &self.rest_m)
+    /// Offsets to show, three numbers a soft vertex, in metres; gains and limits are not in them.
+    pub fn shown_m(&self) -> &[f32] {
+        &self.shown_m
+    }
+
+    /// Takes over root inertia, stiffness and damping. What swings swings on.
+    pub fn set_controls(&mut self, model: &Model, controls: &Controls) -> Result<(), RuntimeError> {
+        if controls.responds_as_predicted() {
+            self.response = None;
+        } else {
+            let (modes, regions) = (model.modes()?, &controls.regions);
+            match &mut self.response {
+                Some(response) => response.set(model, modes, regions),
+                None => {
+                    self.response = Some(Response::new(model, modes, regions, &self.shown_m));
+                }
+            }
+        }
+        self.features.set_root_inertia(controls.root_inertia.into());
+        Ok(())
+    }
+
+    /// Another length is one metre now: `ratio` is the old one over the new one.
+    pub fn rescale(&mut self, ratio: f64) {
+        self.features.rescale(ratio);
     }
 
     /// Changes the body's shape; the motion goes on.
@@ -73,19 +113,54 @@ impl Tissue {
         joints_rest_m: &[Vec3; JOINT_COUNT],
         shape: &[f32; SHAPE_COUNT],
     ) -> Result<(), RuntimeError> {
-        self.measure_rest(joints_rest_m, shape)?;
+        let rest_before_m = self.rest_m.clone();
+        if let Err(error) = self.measure_rest(joints_rest_m, shape) {
+            self.rest_m = rest_before_m;
+            return Err(error);
+        }
         self.features.set_shape(joints_rest_m, shape);
+        if self.response.is_none() {
+            // The networks' error at rest differs from shape to shape: let the difference fade.
+            let left = self.fade_left();
+            let rests = self.rest_m.iter().zip(&rest_before_m);
+            for (faded, (now, before)) in self.faded_m.iter_mut().zip(rests) {
+                *faded = left * *faded + now - before;
+            }
+            self.fade_seconds = 0.0;
+        }
         Ok(())
     }
 
-    /// The tissue after standing in `pose` for long.
-    pub fn settle(&mut self, pose: &Pose) -> Result<(), RuntimeError> {
+    /// The tissue after standing in `pose` for long; shows it at once, or, where it is to `fade`,
+    /// as the end of a short way from what is shown now.
+    pub fn settle(&mut self, pose: &Pose, fade: bool) -> Result<(), RuntimeError> {
         self.features.reset();
         // One pose of history and no more: the body may be moving, and an acceleration from
         // standstill to its speed would be a blow.
         let features = self.features.push(pose);
         self.state = settled(&mut self.predictor, features, &mut self.latent)?;
         self.latent_before.copy_from_slice(&self.latent);
+        self.decoder.decode(&self.latent, &mut self.raw_m)?;
+        std::mem::swap(&mut self.faded_m, &mut self.shown_m);
+        for (shown, (raw, rest)) in self
+            .shown_m
+            .iter_mut()
+            .zip(self.raw_m.iter().zip(&self.rest_m))
+        {
+            *shown = raw - rest;
+        }
+        if let Some(response) = &mut self.response {
+            response.settle(&self.shown_m);
+            response.show(1.0, &mut self.shown_m);
+        }
+        self.fade_seconds = FADE_SECONDS;
+        if fade {
+            self.fade_seconds = 0.0;
+            for (faded, shown) in self.faded_m.iter_mut().zip(&self.shown_m) {
+                *faded -= shown;
+            }
+            self.add_faded();
+        }
         Ok(())
     }
 
@@ -108,18 +183,51 @@ impl Tissue {
             let end = stopwatch();
             seconds.features += predicted_from - start;
             seconds.predict += end - predicted_from;
+            if let Some(response) = &mut self.response {
+                self.decoder.decode(&self.latent, &mut self.raw_m)?;
+                response.push(&self.raw_m, &self.rest_m);
+                seconds.decode += stopwatch() - end;
+            }
         }
         Ok(())
     }
 
-    /// Decodes what lies `phase` (0..1) from the tick before the last to the last.
-    pub fn decode(&mut self, phase: f64) -> Result<(), RuntimeError> {
+    /// Shows what lies `phase` (0..1) from the tick before the last to the last, `dt_seconds` after
+    /// what was shown before.
+    pub fn show(&mut self, phase: f64, dt_seconds: f64) -> Result<(), RuntimeError> {
         let phase = phase as f32;
-        let latents = self.latent_before.iter().zip(&self.latent);
-        for (shown, (before, last)) in self.latent_shown.iter_mut().zip(latents) {
-            *shown = before + phase * (last - before);
+        if let Some(response) = &self.response {
+            response.show(phase, &mut self.shown_m);
+        } else {
+            let latents = self.latent_before.iter().zip(&self.latent);
+            for (shown, (before, last)) in self.latent_shown.iter_mut().zip(latents) {
+                *shown = before + phase * (last - before);
+            }
+            self.decoder.decode(&self.latent_shown, &mut self.raw_m)?;
+            let decoded = self.raw_m.iter().zip(&self.rest_m);
+            for (shown, (raw, rest)) in self.shown_m.iter_mut().zip(decoded) {
+                *shown = raw - rest;
+            }
         }
-        self.decoder.decode(&self.latent_shown, &mut self.raw_m)
+        self.fade_seconds += dt_seconds;
+        self.add_faded();
+        Ok(())
+    }
+
+    /// Adds what is left of the offsets from before a cut.
+    fn add_faded(&mut self) {
+        let left = self.fade_left();
+        if left > 0.0 {
+            for (shown, faded) in self.shown_m.iter_mut().zip(&self.faded_m) {
+                *shown += left * faded;
+            }
+        }
+    }
+
+    /// How much of the offsets from before a cut is left: from 1 to 0, smoothly.
+    fn fade_left(&self) -> f32 {
+        let gone = (self.fade_seconds / FADE_SECONDS).min(1.0) as f32;
+        1.0 - gone * gone * (3.0 - 2.0 * gone)
     }
 
     /// Finds [`Self::rest_m`] for a shape.
@@ -136,7 +244,7 @@ impl Tissue {
 }
 
 /// Feeds the same `features` until the latent stays; gives the state and fills `latent`.
-fn settled(
+pub(crate) fn settled(
     predictor: &mut PredictorSession,
     features: &[f32],
     latent: &mut [f32],

@@ -352,7 +352,10 @@ fn bad_shapes_and_gains_are_refused() {
         assert_eq!(avatar.shape(), &SHAPE);
     }
     for gain in [-0.1, f32::NAN, 1000.0] {
-        assert_eq!(kind(&avatar.set_strength(gain).unwrap_err()), "InvalidGain");
+        assert_eq!(
+            kind(&avatar.set_strength(gain).unwrap_err()),
+            "InvalidControl"
+        );
         let error = avatar.set_region_gain(Region::Belly, gain).unwrap_err();
         assert!(error.to_string().contains("belly"), "{error}");
     }

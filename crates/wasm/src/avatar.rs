@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use dynaskin_body::Region;
-use dynaskin_runtime::{Avatar, Model, StepReport};
+use dynaskin_runtime::{Avatar, Controls, Model, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
+use crate::controls;
 use crate::error::Thrown;
 use crate::model::no_region;
 use crate::motion::CoreMotion;
@@ -23,7 +24,6 @@ pub struct CoreAvatar {
     avatar: Avatar,
     report: Option<StepReport>,
     enabled: bool,
-    strength: f32,
 }
 
 impl CoreAvatar {
@@ -33,7 +33,6 @@ impl CoreAvatar {
             enabled: avatar.model().bundle().is_some(),
             avatar,
             report: None,
-            strength: 1.0,
         })
     }
 }
@@ -43,7 +42,7 @@ impl CoreAvatar {
     /// Moves on by `dt_seconds` to a pose of 99 numbers.
     ///
     /// # Errors
-    /// Throws `argument`, `invalid-pose`, `invalid-time-step`.
+    /// Throws `argument`, `pose`.
     pub fn step(&mut self, pose: &[f64], dt_seconds: f64) -> Result<(), JsValue> {
         let pose = pose::from_numbers(pose)?;
         let report = self
@@ -60,7 +59,7 @@ impl CoreAvatar {
     }
 
     /// Of the last step: ticks, then milliseconds for features, predict, decode and apply; then
-    /// 1 where the tissue was settled anew, else 0.
+    /// why the tissue was settled anew: 0 it was not, 1 first pose, 2 stall, 3 cut.
     pub fn timings(&self) -> Vec<f64> {
         self.report.map_or_else(
             || vec![0.0; 6],
@@ -72,7 +71,12 @@ impl CoreAvatar {
                     1e3 * seconds.predict,
                     1e3 * seconds.decode,
                     1e3 * seconds.apply,
-                    f64::from(u8::from(report.settled.is_some())),
+                    match report.settled {
+                        None => 0.0,
+                        Some(Settled::FirstPose) => 1.0,
+                        Some(Settled::Stall) => 2.0,
+                        Some(Settled::Cut) => 3.0,
+                    },
                 ]
             },
         )
@@ -86,7 +90,7 @@ impl CoreAvatar {
     /// Changes the shape.
     ///
     /// # Errors
-    /// Throws `invalid-shape`.
+    /// Throws `shape`.
     #[wasm_bindgen(js_name = setShape)]
     pub fn set_shape(&mut self, shape: &[f32]) -> Result<(), JsValue> {
         Ok(self.avatar.set_shape(shape).map_err(Thrown::from)?)
@@ -108,29 +112,73 @@ impl CoreAvatar {
     /// Factor on all offsets.
     #[wasm_bindgen(getter)]
     pub fn strength(&self) -> f32 {
-        self.strength
+        self.avatar.controls().strength
     }
 
     /// Sets the factor on all offsets.
     ///
     /// # Errors
-    /// Throws `invalid-gain`.
+    /// Throws `argument`.
     #[wasm_bindgen(setter)]
     pub fn set_strength(&mut self, strength: f32) -> Result<(), JsValue> {
-        self.avatar.set_strength(strength).map_err(Thrown::from)?;
-        self.strength = strength;
-        Ok(())
+        Ok(self.avatar.set_strength(strength).map_err(Thrown::from)?)
     }
 
     /// Sets the factor on the offsets of the region number `region`.
     ///
     /// # Errors
-    /// Throws `argument` for a number that is no region, `invalid-gain`.
+    /// Throws `argument`, also for a number that is no region.
     #[wasm_bindgen(js_name = setRegionGain)]
     pub fn set_region_gain(&mut self, region: usize, gain: f32) -> Result<(), JsValue> {
         let region = *Region::ALL.get(region).ok_or_else(|| no_region(region))?;
         let set = self.avatar.set_region_gain(region, gain);
         Ok(set.map_err(Thrown::from)?)
+    }
+
+    /// Strength, root inertia, then gain, stiffness, damping and limit (metres) of each region.
+    pub fn controls(&self) -> Vec<f32> {
+        controls::to_numbers(self.avatar.controls())
+    }
+
+    /// Sets all controls, in the order of [`Self::controls`].
+    ///
+    /// # Errors
+    /// Throws `argument`; the avatar then keeps its controls.
+    #[wasm_bindgen(js_name = setControls)]
+    pub fn set_controls(&mut self, numbers: &[f32]) -> Result<(), JsValue> {
+        let controls = controls::from_numbers(numbers)?;
+        Ok(self.avatar.set_controls(&controls).map_err(Thrown::from)?)
+    }
+
+    /// The controls called `name`: `as-predicted` or `calm-clothes`.
+    ///
+    /// # Errors
+    /// Throws `argument` for another name.
+    #[wasm_bindgen(js_name = controlPreset)]
+    pub fn control_preset(name: &str) -> Result<Vec<f32>, JsValue> {
+        match name {
+            "as-predicted" => Ok(controls::to_numbers(&Controls::default())),
+            "calm-clothes" => Ok(controls::to_numbers(&Controls::calm_clothes())),
+            _ => Err(Thrown::argument(format!(
+                "There is no preset `{name}`; there are `as-predicted` and `calm-clothes`."
+            ))
+            .into()),
+        }
+    }
+
+    /// Metres of the world in a metre of the body.
+    #[wasm_bindgen(getter)]
+    pub fn scale(&self) -> f64 {
+        self.avatar.scale()
+    }
+
+    /// Sets the scale.
+    ///
+    /// # Errors
+    /// Throws `argument`.
+    #[wasm_bindgen(setter)]
+    pub fn set_scale(&mut self, scale: f64) -> Result<(), JsValue> {
+        Ok(self.avatar.set_scale(scale).map_err(Thrown::from)?)
     }
 
     /// The next pose counts as the first.

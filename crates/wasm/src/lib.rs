@@ -6,11 +6,20 @@
 //! and is what applications use.
 
 mod avatar;
+mod controls;
 mod error;
 mod model;
 mod motion;
 mod pose;
 
+use wasm_bindgen::prelude::*;
+
 pub use avatar::CoreAvatar;
 pub use model::{CoreBody, CoreModel};
 pub use motion::CoreMotion;
+
+/// Version of these bindings, which the SDK compares with its own.
+#[wasm_bindgen(js_name = coreVersion)]
+pub fn core_version() -> String {
+    env!("CARGO_PKG_VERSION").to_owned()
+}

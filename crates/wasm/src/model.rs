@@ -82,7 +82,7 @@ impl CoreBody {
     /// An avatar that is plainly skinned.
     ///
     /// # Errors
-    /// Throws `invalid-shape`.
+    /// Throws `shape`.
     #[wasm_bindgen(js_name = createAvatar)]
     pub fn create_avatar(&self, shape: &[f32]) -> Result<CoreAvatar, JsValue> {
         CoreAvatar::new(&self.model, shape)
@@ -132,7 +132,7 @@ impl CoreModel {
     /// An avatar whose tissue moves.
     ///
     /// # Errors
-    /// Throws `invalid-shape`, and what the networks throw when run at rest.
+    /// Throws `shape`, and what the networks throw when run at rest.
     #[wasm_bindgen(js_name = createAvatar)]
     pub fn create_avatar(&self, shape: &[f32]) -> Result<CoreAvatar, JsValue> {
         CoreAvatar::new(&self.model, shape)

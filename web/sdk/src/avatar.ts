@@ -1,8 +1,25 @@
-import { REGION_NAMES, type RegionName } from "./bundle.js";
+import type { RegionName } from "./bundle.js";
+import {
+  type ControlChanges,
+  type ControlPreset,
+  type Controls,
+  changedControls,
+  controlsOf,
+  regionIndex,
+} from "./controls.js";
 import { type Core, CoreArray } from "./core.js";
 import { DynaSkinError, guard } from "./error.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "./pose.js";
 import type { CoreAvatar } from "./wasm/core.js";
+
+/**
+ * Why the tissue was settled: at the first pose or the first after {@link Avatar.reset}, after a step
+ * of more than 0.25 s, or because the body jumped. If every step says `stall`, the time steps are
+ * probably in milliseconds.
+ */
+export type SettledBecause = "first-pose" | "stall" | "cut";
+
+const SETTLED_BECAUSE = [null, "first-pose", "stall", "cut"] as const;
 
 /** What the last {@link Avatar.step} cost, in milliseconds per stage. */
 export interface StepTimings {
@@ -18,6 +35,8 @@ export interface StepTimings {
   applyMs: number;
   /** Whether the tissue was settled anew: at the first step, after a jump of the pose or a stall. */
   settled: boolean;
+  /** Why it was settled; null where it was not. */
+  settledBecause: SettledBecause | null;
 }
 
 /** The surface after skinning, in the world. */
@@ -39,11 +58,13 @@ export interface SkinnedSurface {
 export class Avatar {
   readonly #arrays: Record<"offsets" | "positions" | "normals" | "skinMatrices", CoreArray>;
   readonly #skinned: Record<keyof SkinnedSurface, CoreArray>;
+  readonly #preset: (name: string) => Float32Array;
   #raw: CoreAvatar | null;
 
   /** @internal */
-  constructor({ memory }: Core, raw: CoreAvatar, vertexCount: number) {
+  constructor({ memory, glue }: Core, raw: CoreAvatar, vertexCount: number) {
     this.#raw = raw;
+    this.#preset = (name) => glue.CoreAvatar.controlPreset(name);
     const array = (locate: () => number, length: number) =>
       new CoreArray(memory, () => guard(locate), length);
     const perVertex = vertexCount * 3;
@@ -69,13 +90,17 @@ export class Avatar {
    * Moves the avatar to `pose`, `dtSeconds` after the last step, and lets the tissue follow.
    *
    * The tissue has its own 60 Hz clock, so any display rate gives the same motion; it lies one
-   * sixtieth of a second behind the skeleton. The first step, a jump of the pose and a long pause
-   * start with settled tissue.
+   * sixtieth of a second behind the skeleton. The first step, a jump of the pose (a teleport, a cut)
+   * and a step of more than 0.25 s (a stall, a hidden tab) start with settled tissue; after a jump
+   * or a stall, what was shown before fades out over 0.2 s, so that nothing pops. For slow motion,
+   * give smaller `dtSeconds` along with slower poses; for a pause, give 0 or do not step.
    *
    * @param pose - see {@link Pose}
-   * @param dtSeconds - time since the last step in seconds (not milliseconds); 0 only re-poses
-   * @throws DynaSkinError `argument` for a wrong length, `pose` for numbers that are not finite or
-   *   quaternions that are not of unit length; the avatar then stays as it was
+   * @param dtSeconds - time since the last step in seconds (not milliseconds), 0 to 86,400; 0 only
+   *   re-poses
+   * @throws DynaSkinError `argument` for a wrong length or a time step that is negative, not finite
+   *   or above a day, `pose` for numbers that are not finite or quaternions that are not of unit
+   *   length; the avatar then stays as it was
    */
   step(pose: Pose, dtSeconds: number): void {
     checkLength("pose", pose, POSE_LENGTH);
@@ -133,7 +158,8 @@ export class Avatar {
   }
 
   /**
-   * Gives the avatar another shape; its tissue settles.
+   * Gives the avatar another shape, also in mid-motion: the surface follows at once, the tissue
+   * moves on.
    *
    * @param shape - 10 coefficients in standard deviations, -5 to 5; the first is stature
    * @throws DynaSkinError `argument` for a wrong length, `shape` for numbers out of range or not
@@ -180,15 +206,54 @@ export class Avatar {
    * @throws DynaSkinError `argument` for an unknown region or a factor outside 0 to 4
    */
   setRegionGain(region: RegionName, factor: number): void {
-    const idx = REGION_NAMES.indexOf(region);
-    if (idx < 0) {
-      const known = REGION_NAMES.join(", ");
-      throw new DynaSkinError("argument", `There is no region ${region}; there are ${known}.`);
-    }
+    const idx = regionIndex(region);
     guard(() => this.raw.setRegionGain(idx, factor));
   }
 
-  /** Settles the tissue at once, as after a cut. A teleport is detected without it. */
+  /** All controls as they are now: a copy. */
+  get controls(): Controls {
+    return controlsOf(guard(() => this.raw.controls()));
+  }
+
+  /**
+   * Changes some controls, or takes over a preset. Takes effect at once, also between steps; a change
+   * of stiffness or damping sets in with the next step.
+   *
+   * @param change - what to change, or a preset that replaces all
+   * @throws DynaSkinError `argument` for a number out of range, an unknown region or an unknown
+   *   preset; the avatar then keeps its controls
+   */
+  setControls(change: ControlChanges | ControlPreset): void {
+    guard(() => {
+      const numbers =
+        typeof change === "string"
+          ? this.#preset(change)
+          : changedControls(this.raw.controls(), change);
+      this.raw.setControls(numbers);
+    });
+  }
+
+  /**
+   * How large the avatar stands in the world: metres of the world in a metre of its body, 0.1 to 10.
+   * Poses then have their translation in metres of the world, and {@link skinMatrices} and
+   * {@link skinned} are of that size, while {@link offsets} and {@link positions} stay those of the
+   * body in its own size. What the tissue feels is in lengths of the body: a doll and a giant whose
+   * poses are to scale move alike. May change in mid-motion; other numbers throw `argument`.
+   */
+  get scale(): number {
+    return guard(() => this.raw.scale);
+  }
+
+  set scale(factor: number) {
+    guard(() => {
+      this.raw.scale = factor;
+    });
+  }
+
+  /**
+   * The next step counts as the first: it shows settled tissue at once, without a fade. A teleport is
+   * recognised without it.
+   */
   reset(): void {
     guard(() => this.raw.reset());
   }
@@ -197,7 +262,16 @@ export class Avatar {
   get timings(): StepTimings {
     const [ticks = 0, featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0, settled = 0] =
       guard(() => this.raw.timings());
-    return { ticks, featuresMs, predictMs, decodeMs, applyMs, settled: settled !== 0 };
+    const settledBecause = SETTLED_BECAUSE[settled] ?? null;
+    return {
+      ticks,
+      featuresMs,
+      predictMs,
+      decodeMs,
+      applyMs,
+      settled: settled !== 0,
+      settledBecause,
+    };
   }
 
   /** Frees the avatar's memory. May be called again; anything else throws `disposed` afterwards. */

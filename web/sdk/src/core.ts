@@ -1,4 +1,5 @@
 import { DynaSkinError } from "./error.js";
+import { VERSION } from "./version.js";
 import * as glue from "./wasm/core.js";
 import { compile, type WasmSource } from "./wasm/instantiate.js";
 
@@ -41,10 +42,31 @@ async function start(
   });
   try {
     const { memory } = await glue.default({ module_or_path: module });
+    checkVersion(glue.coreVersion());
     return { glue, memory };
   } catch (cause) {
-    throw new DynaSkinError("wasm", "The dynaskin core could not be started.", { cause });
+    if (cause instanceof DynaSkinError) throw cause;
+    throw new DynaSkinError(
+      "wasm",
+      "The dynaskin core could not be started; is its .wasm file the one of this package's version " +
+        `(${VERSION})?`,
+      { cause },
+    );
   }
+}
+
+/**
+ * Refuses a core of another version: its calls may mean something else.
+ *
+ * @internal
+ */
+export function checkVersion(coreVersion: string): void {
+  if (coreVersion === VERSION) return;
+  throw new DynaSkinError(
+    "wasm",
+    `The dynaskin core is version ${coreVersion}, the package is version ${VERSION}: ` +
+      "serve the .wasm file that came with the package.",
+  );
 }
 
 /**

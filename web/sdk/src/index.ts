@@ -7,8 +7,9 @@
  *
  * @module
  */
-export { Avatar, type SkinnedSurface, type StepTimings } from "./avatar.js";
+export { Avatar, type SettledBecause, type SkinnedSurface, type StepTimings } from "./avatar.js";
 export { type Bundle, type BundleFile, REGION_NAMES, type RegionName } from "./bundle.js";
+export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export { type LoadOptions, load, type ModelFiles } from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";
@@ -29,3 +30,4 @@ export {
 } from "./pose.js";
 export type { FileSource, Progress } from "./source.js";
 export type { WasmSource } from "./wasm/instantiate.js";
+export { VERSION } from "./version.js";

@@ -111,6 +111,14 @@ impl Kinematics {
         self.past[0] = Some((pose, world));
     }
 
+    /// Converts the past to another unit of length, `ratio` being the old one over the new one.
+    pub fn rescale(&mut self, ratio: f64, joints_rest_m: &[Vec3; JOINT_COUNT]) {
+        for (pose, _) in self.past.iter_mut().flatten() {
+            pose.root_translation_m *= ratio;
+        }
+        self.move_joints(joints_rest_m);
+    }
+
     /// Recomputes the past for other rest joints (metres).
     pub fn move_joints(&mut self, joints_rest_m: &[Vec3; JOINT_COUNT]) {
         for (pose, world) in self.past.iter_mut().flatten() {

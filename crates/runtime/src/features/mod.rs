@@ -113,6 +113,7 @@ pub struct InertialFeatures {
     joints_rest_m: [Vec3; JOINT_COUNT],
     kinematics: Kinematics,
     features: [f32; INERTIAL_FEATURE_COUNT],
+    root_inertia: f64,
 }
 
 impl InertialFeatures {
@@ -125,7 +126,20 @@ impl InertialFeatures {
             joints_rest_m: *joints_rest_m,
             kinematics: Kinematics::default(),
             features,
+            root_inertia: 1.0,
         }
+    }
+
+    /// Scales how much of the pelvis's own acceleration the joints are said to feel; 1 (all of it)
+    /// is what networks are trained with.
+    pub fn set_root_inertia(&mut self, root_inertia: f64) {
+        self.root_inertia = root_inertia;
+    }
+
+    /// Changes the unit of length of all poses to come; `ratio` is the old one over the new one.
+    /// The past is converted, so that the change is not taken for motion.
+    pub fn rescale(&mut self, ratio: f64) {
+        self.kinematics.rescale(ratio, &self.joints_rest_m);
     }
 
     /// The features of the tick at which the body takes `pose`, one tick (1/60 s) after the pose
@@ -153,11 +167,13 @@ impl InertialFeatures {
     }
 
     fn write_inertial(&mut self, world: &WorldJoints) {
+        let pelvis = self.kinematics.of_joint(Joint::Pelvis, world).acceleration;
+        let left_out = pelvis * (1.0 - self.root_inertia);
         for (slot, joint) in INERTIAL_JOINTS.into_iter().enumerate() {
             let motion = self.kinematics.of_joint(joint, world);
             let joint_from_world = world.rotation[joint as usize].conjugate();
             let gravity = DVec3::new(0.0, -GRAVITY_M_S2, 0.0);
-            let proper = LINEAR_ACCELERATION_LIMIT.apply(motion.acceleration) - gravity;
+            let proper = LINEAR_ACCELERATION_LIMIT.apply(motion.acceleration - left_out) - gravity;
             let quantities = [
                 proper,
                 ANGULAR_VELOCITY_LIMIT.apply(motion.angular_velocity),

@@ -1,0 +1,139 @@
+//! What a host may turn: strength, root inertia, and per region gain, stiffness, damping, limit.
+
+use dynaskin_body::{REGION_COUNT, Region};
+
+use crate::RuntimeError;
+use crate::surface::OFFSET_LIMIT_M;
+
+/// Largest strength, region gain and root inertia.
+pub const MAX_GAIN: f32 = 4.0;
+
+/// Largest stiffness and damping of a region; the smallest is its inverse.
+pub const MAX_RESPONSE: f32 = 10.0;
+
+/// How the soft tissue of one region behaves, relative to what the networks predict.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegionControls {
+    /// Factor on the offsets, 0 to [`MAX_GAIN`].
+    pub gain: f32,
+    /// Factor on the tissue's stiffness, 1/[`MAX_RESPONSE`] to [`MAX_RESPONSE`]: 4 doubles the
+    /// frequency at which the region swings, and quarters what gravity does to it.
+    pub stiffness: f32,
+    /// Factor on the tissue's damping, in the same range: 2 halves the time it swings on for.
+    pub damping: f32,
+    /// No offset is longer than this, in metres: 0 to [`OFFSET_LIMIT_M`]. Offsets up to half of it
+    /// are left alone; longer ones approach it smoothly.
+    pub limit_m: f32,
+}
+
+impl Default for RegionControls {
+    fn default() -> Self {
+        Self {
+            gain: 1.0,
+            stiffness: 1.0,
+            damping: 1.0,
+            limit_m: OFFSET_LIMIT_M,
+        }
+    }
+}
+
+/// All that can be turned on one avatar while it moves. The default leaves everything as the
+/// networks predict it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Controls {
+    /// Factor on all offsets, 0 to [`MAX_GAIN`].
+    pub strength: f32,
+    /// Factor on how much the pelvis's own acceleration through the world shakes the tissue, 0 to
+    /// [`MAX_GAIN`]: 0 keeps jumps, lifts and vehicles out and leaves what limbs and trunk do
+    /// against the pelvis. Turning about the pelvis counts in full.
+    pub root_inertia: f32,
+    /// Per region, in the order of [`Region::ALL`].
+    pub regions: [RegionControls; REGION_COUNT],
+}
+
+impl Default for Controls {
+    fn default() -> Self {
+        Self {
+            strength: 1.0,
+            root_inertia: 1.0,
+            regions: [RegionControls::default(); REGION_COUNT],
+        }
+    }
+}
+
+impl Controls {
+    /// Tissue under firm everyday clothes: held more tightly, at rest sooner, never far from where
+    /// it was, and shaken less by jumps and vehicles.
+    pub fn calm_clothes() -> Self {
+        let held = |gain: f32, stiffness: f32, limit_m: f32| RegionControls {
+            gain,
+            stiffness,
+            damping: 2.0,
+            limit_m,
+        };
+        let mut regions = [held(0.7, 1.5, 0.02); REGION_COUNT];
+        // A bra and a waistband hold more than a sleeve or a trouser leg does.
+        regions[Region::Chest as usize] = held(0.5, 2.5, 0.02);
+        regions[Region::Belly as usize] = held(0.6, 2.0, 0.02);
+        regions[Region::Buttocks as usize] = held(0.6, 2.0, 0.02);
+        Self {
+            strength: 1.0,
+            root_inertia: 0.7,
+            regions,
+        }
+    }
+
+    /// Whether every control can be used.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidControl`], naming the first that cannot.
+    pub fn check(&self) -> Result<(), RuntimeError> {
+        in_range("the strength", self.strength, 0.0, MAX_GAIN)?;
+        in_range("the root inertia", self.root_inertia, 0.0, MAX_GAIN)?;
+        for (region, controls) in Region::ALL.into_iter().zip(&self.regions) {
+            let of = |what: &str| format!("{what} of region {}", region.name());
+            let least = 1.0 / MAX_RESPONSE;
+            in_range(&of("the gain"), controls.gain, 0.0, MAX_GAIN)?;
+            in_range(
+                &of("the stiffness"),
+                controls.stiffness,
+                least,
+                MAX_RESPONSE,
+            )?;
+            in_range(&of("the damping"), controls.damping, least, MAX_RESPONSE)?;
+            in_range(
+                &of("the limit in metres"),
+                controls.limit_m,
+                0.0,
+                OFFSET_LIMIT_M,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Whether stiffness and damping are everywhere as predicted.
+    pub(crate) fn responds_as_predicted(&self) -> bool {
+        self.regions
+            .iter()
+            .all(|region| region.stiffness == 1.0 && region.damping == 1.0)
+    }
+}
+
+/// Refuses a control outside `least..=limit`; NaN is outside.
+pub(crate) fn in_range(
+    control: &str,
+    got: f32,
+    least: f32,
+    limit: f32,
+) -> Result<(), RuntimeError> {
+    if (least..=limit).contains(&got) {
+        Ok(())
+    } else {
+        Err(RuntimeError::InvalidControl {
+            control: control.to_owned(),
+            got,
+            least,
+            limit,
+        })
+    }
+}

@@ -1,0 +1,108 @@
+import { REGION_NAMES, type RegionName } from "./bundle.js";
+import { DynaSkinError } from "./error.js";
+
+/** How the soft tissue of one region behaves, relative to what the networks predict. */
+export interface RegionControls {
+  /** Factor on the offsets, 0 to 4. */
+  gain: number;
+  /**
+   * Factor on the tissue's stiffness, 0.1 to 10: 4 doubles the frequency at which the region swings
+   * and quarters what gravity does to it.
+   */
+  stiffness: number;
+  /** Factor on the tissue's damping, 0.1 to 10: 2 halves the time it swings on for. */
+  damping: number;
+  /**
+   * No offset is longer than this, in centimetres, 0 to 20. Up to half of it offsets are left alone;
+   * longer ones approach it smoothly.
+   */
+  limitCm: number;
+}
+
+/**
+ * All that can be turned on an avatar while it moves.
+ *
+ * Stiffness and damping act after the networks, which know tissue of one stiffness only: each region
+ * counts as one damped oscillator whose own frequency was measured on the model, and a linear filter
+ * replaces its swing by that of the changed oscillator. It is stable for every setting. It is no
+ * second simulation: where tissue swings in several ways at once, the result is an approximation.
+ */
+export interface Controls {
+  /** Factor on all offsets, 0 to 4. */
+  strength: number;
+  /**
+   * Factor on how much the pelvis's own acceleration through the world shakes the tissue, 0 to 4. 0
+   * keeps jumps, lifts and vehicles out and leaves what limbs and trunk do against the pelvis.
+   */
+  rootInertia: number;
+  /** Per region; where regions meet, they are blended. */
+  regions: Record<RegionName, RegionControls>;
+}
+
+/** Some of the {@link Controls}; what is left out stays as it is. */
+export interface ControlChanges {
+  /** See {@link Controls.strength}. */
+  strength?: number;
+  /** See {@link Controls.rootInertia}. */
+  rootInertia?: number;
+  /** The regions to change, and of each what to change. */
+  regions?: Partial<Record<RegionName, Partial<RegionControls>>>;
+}
+
+/**
+ * Controls with a name: `as-predicted` is how an avatar begins; `calm-clothes` is tissue under firm
+ * everyday clothes, held more tightly, at rest sooner, and never more than 2 cm from where it was.
+ */
+export type ControlPreset = "as-predicted" | "calm-clothes";
+
+const HEAD = 2;
+const PER_REGION = ["gain", "stiffness", "damping", "limitCm"] as const;
+
+/** @internal */
+export function controlsOf(numbers: Float32Array): Controls {
+  const [strength = 0, rootInertia = 0] = numbers;
+  const entries = REGION_NAMES.map((name, idx) => {
+    const start = HEAD + idx * PER_REGION.length;
+    const [gain = 0, stiffness = 0, damping = 0, limitM = 0] = numbers.subarray(start);
+    return [name, { gain, stiffness, damping, limitCm: 100 * limitM }];
+  });
+  return { strength, rootInertia, regions: Object.fromEntries(entries) };
+}
+
+/**
+ * The core's numbers with `changes` made to them.
+ *
+ * @internal
+ */
+export function changedControls(numbers: Float32Array, changes: ControlChanges): Float32Array {
+  const changed = numbers.slice();
+  const set = (idx: number, what: string, value: number | undefined, factor = 1) => {
+    if (value === undefined) return;
+    if (typeof value !== "number") {
+      throw new DynaSkinError("argument", `The control ${what} must be a number.`);
+    }
+    changed[idx] = value * factor;
+  };
+  set(0, "strength", changes.strength);
+  set(1, "rootInertia", changes.rootInertia);
+  for (const [region, controls] of Object.entries(changes.regions ?? {})) {
+    const start = HEAD + regionIndex(region) * PER_REGION.length;
+    for (const [offset, key] of PER_REGION.entries()) {
+      const factor = key === "limitCm" ? 0.01 : 1;
+      set(start + offset, `${key} of ${region}`, controls[key], factor);
+    }
+  }
+  return changed;
+}
+
+/**
+ * The number of a region in the core.
+ *
+ * @internal
+ */
+export function regionIndex(region: string): number {
+  const idx = REGION_NAMES.indexOf(region as RegionName);
+  if (idx >= 0) return idx;
+  const known = REGION_NAMES.join(", ");
+  throw new DynaSkinError("argument", `There is no region ${region}; there are ${known}.`);
+}
