@@ -11,6 +11,7 @@ use crate::controls::{Controls, in_range};
 use crate::model::Model;
 use crate::pose;
 use crate::skin;
+use crate::state::{Reader, Writer};
 use crate::surface::{Surface, VertexControls};
 use crate::tissue::Tissue;
 
@@ -330,6 +331,68 @@ impl Avatar {
         (&self.skinned_positions_m, &self.skinned_normals)
     }
 
+    /// All that the avatar remembers: shape, scale, controls, clock and tissue. The same poses and
+    /// time steps after [`Self::restore`] give the same numbers, bit by bit.
+    ///
+    /// # Errors
+    /// [`RuntimeError::Inference`] where the network's state cannot be read.
+    pub fn save(&self) -> Result<Vec<u8>, RuntimeError> {
+        let mut writer = Writer::new(&self.model);
+        writer.floats(&self.shape);
+        writer.double(self.scale);
+        self.controls.write(&mut writer);
+        writer.flag(self.enabled);
+        writer.flag(self.unsettled);
+        self.clock.write(&mut writer);
+        if let Some(tissue) = &self.tissue {
+            tissue.write(&mut writer)?;
+        }
+        Ok(writer.finish())
+    }
+
+    /// Goes on from where [`Self::save`] was called, on this avatar or another of the same model.
+    /// The skin matrices are those of the last step that took time.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidState`] for bytes that were changed, cut, or saved by another version
+    /// or with another model; [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidShape`],
+    /// [`RuntimeError::InvalidControl`] for what cannot be used in them. The avatar stays as it was.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RuntimeError> {
+        let mut reader = Reader::new(&self.model, bytes)?;
+        let shape = checked_shape(&reader.floats(SHAPE_COUNT)?)?;
+        let scale = reader.double()?;
+        check_scale(scale)?;
+        let controls = Controls::read(&mut reader)?;
+        controls.check()?;
+        let (enabled, unsettled) = (reader.flag()?, reader.flag()?);
+        let clock = TickClock::read(&mut reader)?;
+        let memory = match &self.tissue {
+            Some(tissue) => {
+                let joints_rest_m = self.model.body().shaped(&shape).joints_m;
+                let responds = !controls.responds_as_predicted();
+                Some(tissue.read(&mut reader, &joints_rest_m, responds)?)
+            }
+            None => None,
+        };
+        reader.finish()?;
+
+        self.set_shape(&shape)?;
+        self.set_controls(&controls)?;
+        self.scale = scale;
+        self.clock = clock;
+        self.set_enabled(enabled);
+        self.unsettled = unsettled;
+        if let (Some(tissue), Some(memory)) = (&mut self.tissue, memory) {
+            tissue.remember(memory);
+        }
+        self.apply();
+        if let Some(pose) = self.clock.pose() {
+            self.skin = skin::scaled(pose, &self.joints_rest_m, self.scale);
+            self.skin_matrices = skin::matrices(&self.skin);
+        }
+        Ok(())
+    }
+
     /// Ticks or settles the tissue and shows it.
     fn advance_tissue(
         &mut self,
@@ -394,4 +457,13 @@ fn checked_shape(shape: &[f32]) -> Result<[f32; SHAPE_COUNT], RuntimeError> {
         None => Ok(shape),
         Some(idx) => Err(invalid(format!("{} as coefficient {idx}", shape[idx]))),
     }
+}
+
+fn check_scale(scale: f64) -> Result<(), RuntimeError> {
+    in_range(
+        "the scale",
+        scale as f32,
+        MIN_SCALE as f32,
+        MAX_SCALE as f32,
+    )
 }

@@ -12,6 +12,7 @@ use glam::DVec3;
 use crate::RuntimeError;
 use crate::features::{ROTATION_JOINTS, rotation_vector};
 use crate::interpolate;
+use crate::state::{Reader, Writer};
 
 /// Longest time step that is caught up with, in seconds: 15 ticks. A longer one is a stall (hidden
 /// tab, debugger), after which the tissue starts settled.
@@ -137,6 +138,60 @@ impl TickClock {
         if let Some(velocity) = &mut self.velocity {
             velocity.root_m_s *= ratio;
         }
+    }
+
+    /// Adds the clock to a saved state.
+    pub fn write(&self, writer: &mut Writer) {
+        writer.double(self.phase);
+        writer.flag(self.pose.is_some());
+        if let Some(pose) = &self.pose {
+            writer.pose(pose);
+        }
+        writer.flag(self.earlier.is_some());
+        if let Some((pose, age_seconds)) = &self.earlier {
+            writer.pose(pose);
+            writer.double(*age_seconds);
+        }
+        writer.flag(self.velocity.is_some());
+        if let Some(velocity) = &self.velocity {
+            writer.vector(velocity.root_m_s);
+            for turn in velocity.joints_rad_s {
+                writer.vector(turn);
+            }
+        }
+    }
+
+    /// The clock of a saved state.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidState`], [`RuntimeError::InvalidPose`].
+    pub fn read(reader: &mut Reader<'_>) -> Result<Self, RuntimeError> {
+        let mut clock = Self {
+            phase: reader.double()?.clamp(0.0, 1.0),
+            ..Self::default()
+        };
+        if reader.flag()? {
+            clock.pose = Some(reader.pose()?);
+        }
+        if reader.flag()? {
+            clock.earlier = Some((reader.pose()?, reader.double()?));
+        }
+        if reader.flag()? {
+            let mut velocity = Velocity {
+                root_m_s: reader.vector()?,
+                joints_rad_s: [DVec3::ZERO; ROTATION_JOINTS.len() + 1],
+            };
+            for turn in &mut velocity.joints_rad_s {
+                *turn = reader.vector()?;
+            }
+            clock.velocity = Some(velocity);
+        }
+        Ok(clock)
+    }
+
+    /// The last pose that took time.
+    pub fn pose(&self) -> Option<&Pose> {
+        self.pose.as_ref()
     }
 
     /// Whether `dt_seconds` can be used.

@@ -3,6 +3,7 @@
 use dynaskin_body::{REGION_COUNT, Region};
 
 use crate::RuntimeError;
+use crate::state::{Reader, Writer};
 use crate::surface::OFFSET_LIMIT_M;
 
 /// Largest strength, region gain and root inertia.
@@ -109,6 +110,36 @@ impl Controls {
             )?;
         }
         Ok(())
+    }
+
+    /// Adds the controls to a saved state.
+    pub(crate) fn write(&self, writer: &mut Writer) {
+        writer.floats(&[self.strength, self.root_inertia]);
+        for region in &self.regions {
+            writer.floats(&[
+                region.gain,
+                region.stiffness,
+                region.damping,
+                region.limit_m,
+            ]);
+        }
+    }
+
+    /// The controls of a saved state, unchecked.
+    pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Self, RuntimeError> {
+        let mut controls = Self::default();
+        let head = reader.floats(2)?;
+        (controls.strength, controls.root_inertia) = (head[0], head[1]);
+        for region in &mut controls.regions {
+            let numbers = reader.floats(4)?;
+            *region = RegionControls {
+                gain: numbers[0],
+                stiffness: numbers[1],
+                damping: numbers[2],
+                limit_m: numbers[3],
+            };
+        }
+        Ok(controls)
     }
 
     /// Whether stiffness and damping are everywhere as predicted.

@@ -185,6 +185,12 @@ pub enum RuntimeError {
         /// What is wrong.
         problem: String,
     },
+    /// Bytes that were to be a saved state of an avatar.
+    #[error("the saved state cannot be used: {problem}; save it again with this model")]
+    InvalidState {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A control of an avatar is too small, too large or not finite.
     #[error("{control} is {got}; give a number from {least} to {limit}")]
     InvalidControl {
@@ -200,8 +206,8 @@ pub enum RuntimeError {
 }
 
 impl RuntimeError {
-    /// What was refused, in one word: `bundle`, `body`, `network`, `motion`, `pose`, `shape` or
-    /// `argument`. The SDK's `error.code` carries it.
+    /// What was refused, in one word: `bundle`, `body`, `network`, `motion`, `pose`, `shape`,
+    /// `state` or `argument`. The SDK's `error.code` carries it.
     pub fn code(&self) -> &'static str {
         match self {
             Self::BundleJson { .. }
@@ -219,6 +225,7 @@ impl RuntimeError {
             Self::ClipRate { .. } => "motion",
             Self::InvalidPose { .. } => "pose",
             Self::InvalidShape { .. } => "shape",
+            Self::InvalidState { .. } => "state",
             Self::InvalidTimeStep { .. } | Self::InvalidControl { .. } => "argument",
         }
     }

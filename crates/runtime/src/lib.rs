@@ -35,6 +35,7 @@ mod onnx;
 mod pose;
 mod response;
 mod skin;
+mod state;
 mod surface;
 mod tissue;
 
@@ -49,5 +50,6 @@ pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, RegionControls};
 pub use error::{Network, RuntimeError};
 pub use model::Model;
 pub use onnx::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
+pub use state::STATE_VERSION;
 pub use surface::OFFSET_LIMIT_M;
 pub use tissue::FADE_SECONDS;

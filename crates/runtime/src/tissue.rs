@@ -9,10 +9,11 @@ use crate::RuntimeError;
 use crate::avatar::{StageSeconds, Stopwatch};
 use crate::clock::{TickClock, Ticks};
 use crate::controls::Controls;
-use crate::features::InertialFeatures;
+use crate::features::{InertialFeatures, Kinematics};
 use crate::model::{Model, Networks};
 use crate::onnx::{DecoderSession, PredictorSession, PredictorState};
 use crate::response::Response;
+use crate::state::{Reader, Writer};
 
 /// Most ticks of standing still until the tissue counts as settled: 2 s, after which tissue of
 /// adults has long come to rest.
@@ -49,6 +50,19 @@ pub(crate) struct Tissue {
     faded_m: Vec<f32>,
     /// Time since that cut; as long as it is below [`FADE_SECONDS`], some of it is shown.
     fade_seconds: f64,
+}
+
+/// What the tissue remembers, read from a saved state.
+#[derive(Debug)]
+pub(crate) struct Memory {
+    past: Kinematics,
+    state: PredictorState,
+    latents: [Vec<f32>; 2],
+    shown_m: Vec<f32>,
+    faded_m: Vec<f32>,
+    fade_seconds: f64,
+    /// Inputs and outputs of the response.
+    response: Option<[[Vec<f32>; 2]; 2]>,
 }
 
 impl Tissue {
@@ -209,7 +223,7 @@ impl Tissue {
                 *shown = raw - rest;
             }
         }
-        self.fade_seconds += dt_seconds;
+        self.fade_seconds = (self.fade_seconds + dt_seconds).min(FADE_SECONDS);
         self.add_faded();
         Ok(())
     }
@@ -228,6 +242,65 @@ impl Tissue {
     fn fade_left(&self) -> f32 {
         let gone = (self.fade_seconds / FADE_SECONDS).min(1.0) as f32;
         1.0 - gone * gone * (3.0 - 2.0 * gone)
+    }
+
+    /// Adds what the tissue remembers to a saved state.
+    pub fn write(&self, writer: &mut Writer) -> Result<(), RuntimeError> {
+        self.features.write(writer);
+        self.state.write(writer)?;
+        for numbers in [
+            &self.latent,
+            &self.latent_before,
+            &self.shown_m,
+            &self.faded_m,
+        ] {
+            writer.floats(numbers);
+        }
+        writer.double(self.fade_seconds);
+        if let Some(response) = &self.response {
+            for numbers in response.inputs_m.iter().chain(&response.outputs_m) {
+                writer.floats(numbers);
+            }
+        }
+        Ok(())
+    }
+
+    /// What a saved state says, for [`Self::remember`]. `responds` tells whether the saved controls
+    /// change stiffness or damping.
+    pub fn read(
+        &self,
+        reader: &mut Reader<'_>,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        responds: bool,
+    ) -> Result<Memory, RuntimeError> {
+        let (latents, numbers) = (self.latent.len(), self.shown_m.len());
+        Ok(Memory {
+            past: InertialFeatures::read_past(reader, joints_rest_m)?,
+            state: self.predictor.predictor().read_state(reader)?,
+            latents: [reader.floats(latents)?, reader.floats(latents)?],
+            shown_m: reader.floats(numbers)?,
+            faded_m: reader.floats(numbers)?,
+            fade_seconds: reader.double()?.clamp(0.0, FADE_SECONDS),
+            response: if responds {
+                let mut list = || reader.floats(numbers);
+                Some([[list()?, list()?], [list()?, list()?]])
+            } else {
+                None
+            },
+        })
+    }
+
+    /// Goes on from what a saved state said; shape and controls are already as they were then.
+    pub fn remember(&mut self, memory: Memory) {
+        self.features.set_past(memory.past);
+        self.state = memory.state;
+        [self.latent, self.latent_before] = memory.latents;
+        self.shown_m = memory.shown_m;
+        self.faded_m = memory.faded_m;
+        self.fade_seconds = memory.fade_seconds;
+        if let (Some(response), Some(saved)) = (&mut self.response, memory.response) {
+            [response.inputs_m, response.outputs_m] = saved;
+        }
     }
 
     /// Finds [`Self::rest_m`] for a shape.

@@ -4,6 +4,9 @@ use dynaskin_body::{JOINT_COUNT, Joint, Pose, WorldJoints};
 use dynaskin_motion::MODEL_RATE_HZ;
 use glam::{DQuat, DVec3, Vec3};
 
+use crate::RuntimeError;
+use crate::state::{Reader, Writer};
+
 /// Gravity, in m/s²; it points to -Y.
 pub const GRAVITY_M_S2: f64 = 9.81;
 
@@ -63,7 +66,7 @@ pub fn rotation_vector(q: DQuat) -> DVec3 {
 
 /// World motion of one joint at a tick.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct JointMotion {
+pub(crate) struct JointMotion {
     /// m/s², gravity not subtracted.
     pub acceleration: DVec3,
     /// rad/s.
@@ -74,7 +77,7 @@ pub(super) struct JointMotion {
 
 /// The two poses before the current one, newest first.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Kinematics {
+pub(crate) struct Kinematics {
     past: [Option<(Pose, WorldJoints)>; 2],
 }
 
@@ -109,6 +112,32 @@ impl Kinematics {
     pub fn advance(&mut self, pose: Pose, world: WorldJoints) {
         self.past[1] = self.past[0].take();
         self.past[0] = Some((pose, world));
+    }
+
+    /// Adds the past poses to a saved state.
+    pub fn write(&self, writer: &mut Writer) {
+        for past in &self.past {
+            writer.flag(past.is_some());
+            if let Some((pose, _)) = past {
+                writer.pose(pose);
+            }
+        }
+    }
+
+    /// The past poses of a saved state.
+    pub fn read(
+        reader: &mut Reader<'_>,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+    ) -> Result<Self, RuntimeError> {
+        let mut kinematics = Self::default();
+        for past in &mut kinematics.past {
+            if reader.flag()? {
+                let pose = reader.pose()?;
+                let world = pose.world_joints(joints_rest_m);
+                *past = Some((pose, world));
+            }
+        }
+        Ok(kinematics)
     }
 
     /// Converts the past to another unit of length, `ratio` being the old one over the new one.

@@ -22,7 +22,8 @@ pub use kinematics::{
 
 use crate::RuntimeError;
 use crate::pose::normalized;
-use kinematics::Kinematics;
+use crate::state::{Reader, Writer};
+pub(crate) use kinematics::Kinematics;
 
 /// The joints whose inertial motion is a feature, in feature order.
 pub const INERTIAL_JOINTS: [Joint; 10] = [
@@ -134,6 +135,22 @@ impl InertialFeatures {
     /// is what networks are trained with.
     pub fn set_root_inertia(&mut self, root_inertia: f64) {
         self.root_inertia = root_inertia;
+    }
+
+    pub(crate) fn write(&self, writer: &mut Writer) {
+        self.kinematics.write(writer);
+    }
+
+    /// Past poses of a saved state, for [`Self::set_past`].
+    pub(crate) fn read_past(
+        reader: &mut Reader<'_>,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+    ) -> Result<Kinematics, RuntimeError> {
+        Kinematics::read(reader, joints_rest_m)
+    }
+
+    pub(crate) fn set_past(&mut self, past: Kinematics) {
+        self.kinematics = past;
     }
 
     /// Changes the unit of length of all poses to come; `ratio` is the old one over the new one.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use tract_core::prelude::*;
 
 use super::{Graph, Port, read};
+use crate::state::{Reader, Writer};
 use crate::{Network, RuntimeError};
 
 /// The predictor: features and state to latent and next state.
@@ -35,6 +36,16 @@ struct StatePort {
 #[derive(Clone, Debug)]
 pub struct PredictorState(Vec<TValue>);
 
+impl PredictorState {
+    /// Adds the state's numbers to a saved state.
+    pub(crate) fn write(&self, writer: &mut Writer) -> Result<(), RuntimeError> {
+        for value in &self.0 {
+            writer.floats(numbers(Network::Predictor, value)?);
+        }
+        Ok(())
+    }
+}
+
 /// One avatar's use of a [`Predictor`].
 #[derive(Debug)]
 pub struct PredictorSession {
@@ -63,6 +74,20 @@ impl Predictor {
     /// L: numbers that [`PredictorSession::step`] writes.
     pub fn latent_count(&self) -> usize {
         self.ports.latent_count
+    }
+
+    /// The numbers of a saved state.
+    pub(crate) fn read_state(
+        &self,
+        reader: &mut Reader<'_>,
+    ) -> Result<PredictorState, RuntimeError> {
+        let mut values = Vec::with_capacity(self.ports.states.len());
+        for port in &self.ports.states {
+            let tensor = Tensor::from_shape(&[1, port.count], &reader.floats(port.count)?)
+                .map_err(|error| failed(Network::Predictor, &error))?;
+            values.push(tensor.into_tvalue());
+        }
+        Ok(PredictorState(values))
     }
 
     /// The state before anything was seen: zeros.

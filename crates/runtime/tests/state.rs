@@ -1,0 +1,144 @@
+//! Saved states: the same bits afterwards, and bytes that are refused.
+
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use dynaskin_body::Region;
+use dynaskin_runtime::{Avatar, Controls, RuntimeError};
+use support::{kind, model_of, pose_at};
+
+const SHAPE: [f32; 10] = [0.5, -1.0, 0.2, 0.0, 0.3, 0.0, 0.0, -0.4, 0.0, 1.0];
+
+fn avatar() -> Avatar {
+    Avatar::new(support::model(), &SHAPE).unwrap()
+}
+
+/// A step of its own length for each frame.
+fn dt(frame: usize) -> f64 {
+    [0.004, 1.0 / 60.0, 0.03, 0.011][frame % 4]
+}
+
+/// Steps on from `first` for `count` frames.
+fn step(avatar: &mut Avatar, first: usize, count: usize) {
+    for frame in first..first + count {
+        let time: f64 = (0..=frame).map(dt).sum();
+        avatar.step(&pose_at(time), dt(frame)).unwrap();
+    }
+}
+
+fn assert_same_bits(a: &Avatar, b: &Avatar) {
+    let bits = |avatar: &Avatar| -> Vec<u32> {
+        let surface = [
+            avatar.offsets_rest_m(),
+            avatar.positions_rest_m(),
+            avatar.normals_rest(),
+        ];
+        let vectors = surface.into_iter().flatten().flat_map(|v| v.to_array());
+        let matrices = avatar.skin_matrices().iter();
+        let matrices = matrices.flat_map(|m| m.to_cols_array());
+        vectors.chain(matrices).map(f32::to_bits).collect()
+    };
+    assert_eq!(bits(a), bits(b));
+}
+
+#[test]
+fn the_same_inputs_give_the_same_bits() {
+    let (mut one, mut other) = (avatar(), avatar());
+    step(&mut one, 0, 200);
+    step(&mut other, 0, 200);
+    assert_same_bits(&one, &other);
+}
+
+#[test]
+fn a_restored_avatar_goes_on_bit_by_bit() {
+    let calm = Controls::calm_clothes();
+    for controls in [Controls::default(), calm] {
+        let mut saved = avatar();
+        saved.set_controls(&controls).unwrap();
+        saved.set_scale(2.0).unwrap();
+        step(&mut saved, 0, 50);
+        let bytes = saved.save().unwrap();
+        // Onto an avatar that is of another shape and in another motion.
+        let mut restored = Avatar::new(support::model(), &[0.0; 10]).unwrap();
+        step(&mut restored, 70, 20);
+        restored.restore(&bytes).unwrap();
+        assert_same_bits(&saved, &restored);
+        assert_eq!(restored.save().unwrap(), bytes);
+        step(&mut saved, 50, 100);
+        step(&mut restored, 50, 100);
+        assert_same_bits(&saved, &restored);
+    }
+}
+
+#[test]
+fn a_state_in_the_middle_of_a_fade_goes_on() {
+    let mut saved = avatar();
+    step(&mut saved, 0, 50);
+    let mut far = pose_at(1.0);
+    far.root_translation_m.x += 9.0;
+    assert!(saved.step(&far, 1.0 / 60.0).unwrap().settled.is_some());
+    saved.step(&far, 1.0 / 60.0).unwrap();
+    let mut restored = avatar();
+    restored.restore(&saved.save().unwrap()).unwrap();
+    for _ in 0..30 {
+        saved.step(&far, 1.0 / 60.0).unwrap();
+        restored.step(&far, 1.0 / 60.0).unwrap();
+        assert_same_bits(&saved, &restored);
+    }
+}
+
+#[test]
+fn bytes_that_were_changed_or_belong_elsewhere_are_refused() {
+    let mut avatar = avatar();
+    step(&mut avatar, 0, 50);
+    let bytes = avatar.save().unwrap();
+    let mut other = Avatar::new(
+        model_of(support::Size {
+            latents: 5,
+            ..support::SMALL
+        }),
+        &SHAPE,
+    )
+    .unwrap();
+    let error = other.restore(&bytes).unwrap_err();
+    assert!(error.to_string().contains("another model"), "{error}");
+
+    let mut calm = Avatar::new(support::model(), &SHAPE).unwrap();
+    step(&mut calm, 0, 50);
+    let check = |avatar: &mut Avatar, bytes: &[u8]| {
+        let error = avatar.restore(bytes).unwrap_err();
+        assert_eq!(kind(&error), "InvalidState", "{error}");
+        assert_eq!(error.code(), "state");
+    };
+    for length in (0..bytes.len()).step_by(97) {
+        check(&mut avatar, &bytes[..length]);
+    }
+    for place in (0..bytes.len()).step_by(53) {
+        let mut changed = bytes.clone();
+        changed[place] ^= 0x10;
+        check(&mut avatar, &changed);
+    }
+    let longer = [&bytes[..], &[0]].concat();
+    check(&mut avatar, &longer);
+    // It runs on as if nothing had been.
+    step(&mut avatar, 50, 50);
+    step(&mut calm, 50, 50);
+    assert_same_bits(&avatar, &calm);
+}
+
+#[test]
+fn controls_come_back_with_the_state() {
+    let mut saved = avatar();
+    let mut controls = Controls::default();
+    controls.regions[Region::Calves as usize].gain = 0.25;
+    saved.set_controls(&controls).unwrap();
+    let mut restored = avatar();
+    restored.restore(&saved.save().unwrap()).unwrap();
+    assert_eq!(restored.controls(), &controls);
+    assert!(matches!(
+        restored.restore(b"short"),
+        Err(RuntimeError::InvalidState { .. })
+    ));
+}
