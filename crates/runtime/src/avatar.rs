@@ -272,6 +272,11 @@ impl Avatar {
         self.enabled = enabled;
     }
 
+    /// Whether the tissue is switched on.
+    pub fn enabled(&self) -> bool {
+        self.enabled
+    }
+
     /// The next pose counts as the first.
     pub fn reset(&mut self) {
         self.clock.reset();

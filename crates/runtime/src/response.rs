@@ -181,7 +181,8 @@ impl Fit {
 
     fn mode(&self) -> Option<Mode> {
         let determinant = self.s11 * self.s22 - self.s12 * self.s12;
-        if !(determinant > 1e-9 * self.s11 * self.s22) {
+        let solvable = determinant > 1e-9 * self.s11 * self.s22;
+        if !solvable {
             return None;
         }
         let a1 = (self.r1 * self.s22 - self.r2 * self.s12) / determinant;

@@ -186,6 +186,24 @@ impl CoreAvatar {
         self.avatar.reset();
     }
 
+    /// All that the avatar remembers, as bytes for [`Self::restore`].
+    ///
+    /// # Errors
+    /// Throws `network` where the network's state cannot be read.
+    pub fn save(&self) -> Result<Vec<u8>, JsValue> {
+        Ok(self.avatar.save().map_err(Thrown::from)?)
+    }
+
+    /// Goes on from where [`Self::save`] was called.
+    ///
+    /// # Errors
+    /// Throws `state` for bytes that cannot be used; the avatar then stays as it was.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), JsValue> {
+        self.avatar.restore(bytes).map_err(Thrown::from)?;
+        self.enabled = self.avatar.enabled() && self.avatar.model().bundle().is_some();
+        Ok(())
+    }
+
     /// Reads a BVH file for this body.
     ///
     /// # Errors

@@ -258,6 +258,28 @@ export class Avatar {
     guard(() => this.raw.reset());
   }
 
+  /**
+   * All that the avatar remembers: shape, scale, controls, clock and tissue, as some 100 KB. After
+   * {@link restore} the same poses and time steps give the same numbers, bit by bit.
+   */
+  save(): Uint8Array {
+    return guard(() => this.raw.save());
+  }
+
+  /**
+   * Goes on from where {@link save} was called, on this avatar or another of the same model.
+   *
+   * @param state - what {@link save} gave
+   * @throws DynaSkinError `state` for bytes that were changed, cut, or saved by another version or
+   *   with another model, `argument` for what are no bytes; the avatar then stays as it was
+   */
+  restore(state: Uint8Array): void {
+    if (!(state instanceof Uint8Array)) {
+      throw new DynaSkinError("argument", "A saved state is a Uint8Array, as save() gives it.");
+    }
+    guard(() => this.raw.restore(state));
+  }
+
   /** What the last {@link step} cost. */
   get timings(): StepTimings {
     const [ticks = 0, featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0, settled = 0] =

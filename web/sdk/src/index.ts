@@ -29,5 +29,5 @@ export {
   SHAPE_LENGTH,
 } from "./pose.js";
 export type { FileSource, Progress } from "./source.js";
-export type { WasmSource } from "./wasm/instantiate.js";
 export { VERSION } from "./version.js";
+export type { WasmSource } from "./wasm/instantiate.js";

@@ -94,12 +94,18 @@ describe("controls", () => {
       "a damping that is no number",
       (avatar) => avatar.setControls({ regions: { belly: { damping: Number.NaN } } }),
     ],
-    ["a limit of a metre", (avatar) => avatar.setControls({ regions: { chest: { limitCm: 100 } } })],
+    [
+      "a limit of a metre",
+      (avatar) => avatar.setControls({ regions: { chest: { limitCm: 100 } } }),
+    ],
     [
       "a control that is a text",
       (avatar) => avatar.setControls({ rootInertia: "much" as unknown as number }),
     ],
-    ["an unknown region", (avatar) => avatar.setControls({ regions: { nose: { gain: 1 } } as never })],
+    [
+      "an unknown region",
+      (avatar) => avatar.setControls({ regions: { nose: { gain: 1 } } as never }),
+    ],
     ["an unknown preset", (avatar) => avatar.setControls("wobbly" as "calm-clothes")],
     [
       "a scale of 0",
