@@ -89,7 +89,7 @@ async function optimise(file, wasm) {
   renameSync(smaller, wasm);
 }
 
-/** Raw and brotli size in bytes, as in the tables of the README. */
+/** Raw and brotli size in bytes. */
 export function wasmSizes(bytes) {
   const params = { [constants.BROTLI_PARAM_QUALITY]: 11, [constants.BROTLI_PARAM_LGWIN]: 24 };
   return { raw: bytes.length, brotli: brotliCompressSync(bytes, { params }).length };

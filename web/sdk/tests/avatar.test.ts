@@ -54,17 +54,13 @@ describe("stepping", () => {
       expect(largest).toBeLessThan(0.12);
       const pose = restPose();
       for (let tick = 0; tick < 240; tick += 1) avatar.step(pose, TICK);
-      // Networks rest near zero, not at it: what is left must be small beside the motion.
-      expect(largestOffset(avatar.offsets)).toBeLessThan(largest / 10);
+      expect(largestOffset(avatar.offsets)).toBeLessThan(1e-5);
     }));
 
   it("stands still without moving its skin", () =>
     withAvatar((avatar) => {
       for (let tick = 0; tick < 120; tick += 1) avatar.step(restPose(), TICK);
-      const early = avatar.offsets.slice();
-      expect(largestOffset(early)).toBeLessThan(0.006);
-      for (let tick = 0; tick < 600; tick += 1) avatar.step(restPose(), TICK);
-      expect(largestDifference(avatar.offsets, early)).toBeLessThan(0.001);
+      expect(largestOffset(avatar.offsets)).toBeLessThan(1e-6);
     }));
 
   it("skins to the rest pose moved by the root's translation", () =>
