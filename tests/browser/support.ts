@@ -3,8 +3,11 @@ import { join } from "node:path";
 import { expect, type Page } from "@playwright/test";
 import { PICTURES } from "./places.js";
 
-/** Opens the demo and waits until the avatar plays with its networks. */
-export async function openDemo(page: Page, query = ""): Promise<void> {
+/**
+ * Opens the demo and waits until the avatar plays with its networks. Gives the list to which the
+ * messages of uncaught errors are added from then on.
+ */
+export async function openDemo(page: Page, query = ""): Promise<string[]> {
   const problems: string[] = [];
   page.on("pageerror", (error) => problems.push(error.message));
   await page.goto(`/${query}`);
@@ -17,6 +20,7 @@ export async function openDemo(page: Page, query = ""): Promise<void> {
       { timeout: 120_000 },
     )
     .toBe(true);
+  return problems;
 }
 
 /** Drops a file on the page as a person would. */
