@@ -70,7 +70,10 @@ export interface Picture {
 export const STAGE = { x: 0.24, y: 0.05, width: 0.26, height: 0.82 };
 
 /** Visits the pixels of a part of a picture, given as shares of its size. */
-function* within({ width, height, data }: Picture, part: typeof STAGE): Generator<number> {
+export function* within(
+  { width, height, data }: Picture,
+  part: typeof STAGE = STAGE,
+): Generator<number> {
   const [x0, x1] = [part.x * width, (part.x + part.width) * width].map(Math.round);
   const [y0, y1] = [part.y * height, (part.y + part.height) * height].map(Math.round);
   for (let y = y0 ?? 0; y < (y1 ?? 0); y += 1) {
