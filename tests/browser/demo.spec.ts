@@ -1,10 +1,45 @@
 // The demo page with WebGL2, as a visitor uses it.
 import { expect, type Page, test } from "@playwright/test";
+import type { RegionName } from "dynaskin";
 import type {} from "../../web/demo/src/hook.js";
+import { legendColours, rampPlaces } from "./ramp.js";
 import { differing, openDemo, picture, variation } from "./support.js";
 
 const switchOf = (page: Page, name: string) => page.getByRole("switch", { name });
 const timeSeconds = (page: Page) => page.evaluate(() => window.dynaskinDemo?.timeSeconds ?? 0);
+
+/** Offsets of the vertices that belong to this region and no other, in metres. */
+function offsetsOf(page: Page, region: RegionName): Promise<number[]> {
+  return page.evaluate((wanted) => {
+    const { avatar, model } = window.dynaskinDemo ?? {};
+    if (!avatar || !model) throw new Error("the demo is not ready");
+    const names = ["chest", "belly", "buttocks", "thighs", "calves", "upper-arms"] as const;
+    const weights = names.map((name) => [name, model.body.regionWeights(name)] as const);
+    return [...avatar.offsets].filter((_, idx) =>
+      weights.every(([name, of]) => (of[Math.floor(idx / 3)] ?? 0) > 0 === (name === wanted)),
+    );
+  }, region);
+}
+
+/** The body, where the heat map recolours it, has the legend's colours, from still to moving. */
+async function expectRampOnBody(page: Page): Promise<void> {
+  await page.evaluate(() => window.dynaskinDemo?.seek(2.6));
+  const hot = await picture(page, "heat-on");
+  const ramp = await legendColours(page);
+  await page.keyboard.press("m");
+  await page.evaluate(() => window.dynaskinDemo?.seek(2.6));
+  const plain = await picture(page, "heat-off");
+  await page.keyboard.press("m");
+  const places = rampPlaces(hot, plain, ramp);
+  const onRamp = places.filter((place) => place !== null);
+  expect(places.length).toBeGreaterThan(2000);
+  expect(onRamp.length / places.length).toBeGreaterThan(0.9);
+  expect(Math.min(...onRamp)).toBeLessThan(0.05);
+  expect(Math.max(...onRamp)).toBeGreaterThan(0.2);
+  // The painted body has other colours: the check can fail.
+  const painted = rampPlaces(plain, hot, ramp).filter((place) => place !== null);
+  expect(painted.length / places.length).toBeLessThan(0.6);
+}
 
 test("draws a body that moves", async ({ page }) => {
   await openDemo(page, "?motion=jumping-jacks");
@@ -102,13 +137,26 @@ test("every control does what it says", async ({ page }) => {
     await page.getByLabel("Strength").fill("0.5");
     expect(await avatar((demo) => demo.avatar?.strength)).toBe(0.5);
     await page.getByText("Regions", { exact: true }).click();
+    await page.evaluate(() => window.dynaskinDemo?.seek(2.6));
+    const before = {
+      belly: await offsetsOf(page, "belly"),
+      arms: await offsetsOf(page, "upper-arms"),
+    };
+    const sizes = (values: number[]) => Math.max(...values.map(Math.abs));
+    expect(sizes(before.belly)).toBeGreaterThan(1e-4);
+    expect(sizes(before.arms)).toBeGreaterThan(1e-4);
     await page.getByLabel("Belly").fill("0");
     await page.getByLabel("Upper arms").fill("2");
+    expect(sizes(await offsetsOf(page, "belly"))).toBe(0);
+    const doubled = await offsetsOf(page, "upper-arms");
+    const misses = doubled.map((value, idx) => value - 2 * (before.arms[idx] ?? Number.NaN));
+    expect(sizes(misses)).toBeLessThan(1e-7);
   });
 
   await test.step("heat map with its legend", async () => {
     await switchOf(page, "Heat map").click();
     await expect(page.locator("#legend")).toContainText("mm");
+    await expectRampOnBody(page);
     await page.keyboard.press("m");
     await expect(page.locator("#legend")).toBeHidden();
   });

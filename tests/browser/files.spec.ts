@@ -2,26 +2,36 @@
 import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
+import type { RegionName } from "dynaskin";
 import type {} from "../../web/demo/src/hook.js";
 import { hopFile } from "../hop-bvh.js";
 import { SHARED } from "./places.js";
 import { differing, dropFile, openDemo, picture } from "./support.js";
 
+const REGIONS: RegionName[] = ["chest", "belly", "buttocks", "thighs", "calves", "upper-arms"];
+
 /** What happened to the skin while a file was played to its end. */
 interface Played {
   /** Largest offset of each tick, in metres. */
   largestM: number[];
+  /** Per region, the largest offset of its vertices (weights over 0.5) in the whole motion. */
+  regionsM: Record<RegionName, number>;
   /** Largest offset of the skull over the whole motion. */
   skullM: number;
   /** Largest offset three seconds after the motion stood still. */
   settledM: number;
   /** Largest change of an offset during the last of these seconds. */
   driftM: number;
+  /** Largest offset after five seconds in the rest pose. */
+  restM: number;
 }
 
-/** Steps through the whole motion, then holds its last pose for three seconds. */
+/**
+ * Steps through the whole motion, then holds its last pose for three seconds and stands in the
+ * rest pose for five.
+ */
 function playToTheEnd(page: Page): Promise<Played> {
-  return page.evaluate(() => {
+  return page.evaluate((regionNames) => {
     const demo = window.dynaskinDemo;
     const body = demo?.model?.body;
     const avatar = demo?.avatar;
@@ -45,6 +55,10 @@ function playToTheEnd(page: Page): Promise<Played> {
       return size;
     };
     const all = [...Array(body.vertexCount).keys()];
+    const regions = regionNames.map((name) => {
+      const weights = body.regionWeights(name);
+      return { name, vertices: all.filter((vertex) => (weights[vertex] ?? 0) > 0.5), sizeM: 0 };
+    });
     demo.seek(0);
     const largestM: number[] = [];
     let skullM = 0;
@@ -53,6 +67,9 @@ function playToTheEnd(page: Page): Promise<Played> {
       demo.step();
       largestM.push(largest(all));
       skullM = Math.max(skullM, largest(skull));
+      for (const region of regions) {
+        region.sizeM = Math.max(region.sizeM, largest(region.vertices));
+      }
     }
     if (demo.rounds !== 0) throw new Error("the motion started again too early");
     for (let tick = 0; tick < 120; tick += 1) demo.hold();
@@ -62,8 +79,14 @@ function playToTheEnd(page: Page): Promise<Played> {
     avatar.offsets.forEach((value, idx) => {
       driftM = Math.max(driftM, Math.abs(value - (before[idx] ?? Number.NaN)));
     });
-    return { largestM, skullM, settledM: largest(all), driftM };
-  });
+    const settledM = largest(all);
+    demo.standAtRest(5);
+    const regionsM = Object.fromEntries(regions.map(({ name, sizeM }) => [name, sizeM]));
+    return {
+      ...{ largestM, skullM, settledM, driftM, restM: largest(all) },
+      regionsM: regionsM as Record<RegionName, number>,
+    };
+  }, REGIONS);
 }
 
 /** Pictures with dynamics off and on at the tick with the largest offset. */
@@ -85,20 +108,29 @@ async function compareAtPeak(page: Page, largestM: number[], name: string): Prom
   return differing(off, on, 10);
 }
 
-async function expectRealTissue(page: Page, name: string): Promise<void> {
-  const { largestM, skullM, settledM, driftM } = await playToTheEnd(page);
+type Ranges = Partial<Record<RegionName, [min: number, max: number]>>;
+
+/** `rangesM`: between which sizes a region's largest offset must lie, in metres. */
+async function expectRealTissue(page: Page, name: string, rangesM: Ranges): Promise<void> {
+  const { largestM, regionsM, skullM, settledM, driftM, restM } = await playToTheEnd(page);
   const peakM = Math.max(...largestM);
   const millimetres = (metres: number) => `${(metres * 1000).toFixed(2)} mm`;
   console.log(
     `${name}: peak ${millimetres(peakM)}, settled at ${millimetres(settledM)}, ` +
-      `drift ${millimetres(driftM)}`,
+      `drift ${millimetres(driftM)}, in the rest pose ${(restM * 1000).toExponential(1)} mm; ` +
+      REGIONS.map((region) => `${region} ${millimetres(regionsM[region])}`).join(", "),
   );
+  for (const [region, [min, max]] of Object.entries(rangesM)) {
+    expect(regionsM[region as RegionName], region).toBeGreaterThan(min);
+    expect(regionsM[region as RegionName], region).toBeLessThan(max);
+  }
   expect(peakM).toBeGreaterThan(0.01);
   expect(peakM).toBeLessThan(0.15);
   expect(skullM).toBe(0);
   // Zero is the rest pose's; in the file's last pose gravity pulls limbs and trunk another way.
   expect(driftM).toBeLessThan(1e-4);
   expect(settledM).toBeLessThan(0.005);
+  expect(restM).toBeLessThanOrEqual(1e-5);
   expect(await compareAtPeak(page, largestM, name)).toBeGreaterThan(0.002);
 }
 
@@ -108,7 +140,7 @@ test("a BVH file plays, moves soft tissue and leaves the skull alone", async ({ 
   await expect(page.locator("#now-playing")).toContainText("three hops.bvh");
   await expect(page.locator("#file-report")).toContainText("centimetres");
   await expect(page.locator("#file-report")).toContainText("LeftUpLeg");
-  await expectRealTissue(page, "own-hop");
+  await expectRealTissue(page, "own-hop", { chest: [0.01, 0.15] });
 });
 
 test("a captured jump plays, moves soft tissue and leaves the skull alone", async ({ page }) => {
@@ -117,7 +149,14 @@ test("a captured jump plays, moves soft tissue and leaves the skull alone", asyn
   await openDemo(page, "?backend=webgl2");
   await dropFile(page, "16_04.bvh", readFileSync(file, "utf8"));
   await expect(page.locator("#now-playing")).toContainText("16_04.bvh");
-  await expectRealTissue(page, "captured-jump");
+  await expectRealTissue(page, "captured-jump", {
+    chest: [0.01, 0.15],
+    belly: [0.005, 0.15],
+    buttocks: [0.01, 0.15],
+    thighs: [0.002, 0.04],
+    calves: [0, 0.015],
+    "upper-arms": [0, 0.15],
+  });
 });
 
 test("a file chosen with the button plays", async ({ page }) => {
@@ -132,14 +171,25 @@ test("a file chosen with the button plays", async ({ page }) => {
   await expect(page.locator("#now-playing")).toContainText("chosen.bvh");
 });
 
+/** The hop with the body 100,000 km away at one frame, which the runtime refuses. */
+function farAway(frame: number): string {
+  const lines = hopFile().split("\n");
+  const first = lines.findIndex((line) => line.startsWith("Frame Time:")) + 1;
+  const line = lines[first + frame] ?? "";
+  lines[first + frame] = line.replace(/^\S+/, "1e10");
+  return lines.join("\n");
+}
+
 const BAD_FILES: [string, string, RegExp][] = [
   ["letter.bvh", "Dear reader, this is no motion.", /line 1/i],
   ["truncated.bvh", hopFile().slice(0, 20_000), /truncated|ends|values/i],
   ["nobody.bvh", hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box"), /joint/i],
+  ["far-at-once.bvh", farAway(0), /too far|1e6|million/i],
+  ["far-later.bvh", farAway(20), /too far|1e6|million/i],
 ];
 for (const [name, text, expected] of BAD_FILES) {
   test(`${name} is refused with a reason, and the avatar goes on`, async ({ page }) => {
-    await openDemo(page);
+    const problems = await openDemo(page);
     await dropFile(page, name, text);
     await expect(page.getByRole("alert")).toContainText(`${name} cannot be played`);
     await expect(page.getByRole("alert")).toContainText(expected);
@@ -148,5 +198,15 @@ for (const [name, text, expected] of BAD_FILES) {
     const time = () => page.evaluate(() => window.dynaskinDemo?.timeSeconds);
     const before = await time();
     await expect.poll(time).not.toBe(before);
+    expect(problems).toEqual([]);
   });
 }
+
+test("a refused pose brings the last file back", async ({ page }) => {
+  await openDemo(page);
+  await dropFile(page, "good.bvh", hopFile());
+  await dropFile(page, "far-later.bvh", farAway(20));
+  await expect(page.getByRole("alert")).toContainText("far-later.bvh cannot be played");
+  await expect(page.locator("#now-playing")).toContainText("good.bvh");
+  await expect(page.getByRole("combobox", { name: "Motion" })).toContainText("good.bvh");
+});

@@ -3,8 +3,11 @@ import { join } from "node:path";
 import { expect, type Page } from "@playwright/test";
 import { PICTURES } from "./places.js";
 
-/** Opens the demo and waits until the avatar plays with its networks. */
-export async function openDemo(page: Page, query = ""): Promise<void> {
+/**
+ * Opens the demo and waits until the avatar plays with its networks. Gives the list to which the
+ * messages of uncaught errors are added from then on.
+ */
+export async function openDemo(page: Page, query = ""): Promise<string[]> {
   const problems: string[] = [];
   page.on("pageerror", (error) => problems.push(error.message));
   await page.goto(`/${query}`);
@@ -17,6 +20,7 @@ export async function openDemo(page: Page, query = ""): Promise<void> {
       { timeout: 120_000 },
     )
     .toBe(true);
+  return problems;
 }
 
 /** Drops a file on the page as a person would. */
@@ -66,7 +70,10 @@ export interface Picture {
 export const STAGE = { x: 0.24, y: 0.05, width: 0.26, height: 0.82 };
 
 /** Visits the pixels of a part of a picture, given as shares of its size. */
-function* within({ width, height, data }: Picture, part: typeof STAGE): Generator<number> {
+export function* within(
+  { width, height, data }: Picture,
+  part: typeof STAGE = STAGE,
+): Generator<number> {
   const [x0, x1] = [part.x * width, (part.x + part.width) * width].map(Math.round);
   const [y0, y1] = [part.y * height, (part.y + part.height) * height].map(Math.round);
   for (let y = y0 ?? 0; y < (y1 ?? 0); y += 1) {

@@ -14,9 +14,31 @@ export function describeModel(bundle: Bundle): void {
     `measurements of people.${measured}`;
 }
 
-/** Error in the soft regions over that of plain skinning, on motions that were held out. */
+/** One set of held-out clips in a bundle's `measured`. */
+interface MeasuredSet {
+  set: string;
+  frames: number;
+  soft: { error_mm: number; static_mm: number };
+}
+
+/** The sets with motions that were not trained on; one more holds known motions on new shapes. */
+const UNSEEN_MOTIONS: readonly string[] = [
+  "unseen-motion",
+  "unseen-subject",
+  "unseen-motion-and-shape",
+];
+
+/**
+ * Error in the soft regions over that of plain skinning, over all frames of motions that were held
+ * out, as in the model card; null for a bundle that was not measured.
+ */
 function heldOutRatio(bundle: Bundle): number | null {
-  const sets = bundle.measured.sets as { set: string; soft?: { ratio?: number } }[] | undefined;
-  const ratio = sets?.find((entry) => entry.set === "unseen-motion")?.soft?.ratio;
-  return typeof ratio === "number" ? ratio : null;
+  const sets = bundle.measured.sets as MeasuredSet[] | undefined;
+  let [errorMm, staticMm] = [0, 0];
+  for (const { set, frames, soft } of sets ?? []) {
+    if (!UNSEEN_MOTIONS.includes(set)) continue;
+    errorMm += soft.error_mm * frames;
+    staticMm += soft.static_mm * frames;
+  }
+  return staticMm > 0 ? errorMm / staticMm : null;
 }

@@ -16,6 +16,12 @@ const FOLLOW_PER_SECOND = 5;
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
 
+/** A motion file's name and content, to make its motion again for another body or shape. */
+interface MotionFile {
+  name: string;
+  bytes: Uint8Array;
+}
+
 /** The page: one avatar, what it plays, and the controls. */
 export class App {
   readonly settings: Settings;
@@ -24,14 +30,21 @@ export class App {
   readonly #view: View;
   readonly #panel: Panel;
   #body: Body | null = null;
+  /** Which body is shown; the settings say which is wanted. */
+  #sex: Settings["sex"] | null = null;
   #model: Model | null = null;
   #avatar: Avatar | null = null;
   #playback: Playback | null = null;
-  /** The file that plays, to carry its motion over to another body. */
-  #file: { name: string; bytes: Uint8Array } | null = null;
+  /** The file that plays; null: the motion of the settings. */
+  #file: MotionFile | null = null;
+  /** What played before the file, to go back to if the avatar refuses one of its poses. */
+  #fileBefore: MotionFile | null = null;
+  /** Whether the motion is to be made anew before the next picture. */
+  #motionIsStale = false;
   #strength = 1;
   readonly #gains = new Map<RegionName, number>();
-  #loads = 0;
+  /** Stops the latest download of a model. */
+  #download: AbortController | null = null;
   #lastFrame: number | null = null;
   #failed = false;
   /** Whether the picture is no longer what the settings say; a paused page draws only then. */
@@ -48,7 +61,7 @@ export class App {
       setSex: () => this.#setSex(),
       setShape: () => this.#setShape(),
       setMotion: () => this.#setMotion(),
-      setMotionOptions: () => this.#setMotion(),
+      setMotionOptions: () => this.#changed(() => this.#remakeMotion()),
       setDynamics: () => this.#setDynamics(),
       setHeat: () => this.#changed(() => view.setHeat(settings.heat)),
       setHud: () => this.#changed(() => {}),
@@ -62,12 +75,12 @@ export class App {
         this.#gains.set(region, gain);
         this.#withAvatar(() => {});
       },
-      stepFrame: () => this.#changed(() => this.#playback?.step()),
-      seek: (timeSeconds) => this.#changed(() => this.#playback?.seek(timeSeconds)),
+      stepFrame: () => this.#changed(() => this.#play((playback) => playback.step())),
+      seek: (timeSeconds) =>
+        this.#changed(() => this.#play((playback) => playback.seek(timeSeconds))),
       resetView: () => view.camera.reset(),
       copyHud: () => this.#copyHud(),
     });
-    this.#panel.showMotionOptions(findMotion(settings.motion));
     document.addEventListener("visibilitychange", () => {
       this.#lastFrame = null;
     });
@@ -85,36 +98,60 @@ export class App {
   }
 
   /**
-   * Loads the model of the settings. Its body appears with plain skinning as soon as it is there;
-   * the networks follow. What played before goes on until then, and stays if the load fails.
+   * Loads the model of the settings. The first body appears with plain skinning as soon as it is
+   * there, and its networks follow; later, what plays goes on until all of the next model is there.
+   * A failure is explained, and leaves what plays as it was.
    */
-  async loadModel(): Promise<void> {
-    this.#loads += 1;
-    const mine = this.#loads;
+  async openModel(): Promise<void> {
+    this.#download?.abort();
+    const download = new AbortController();
+    this.#download = download;
     const { sex } = this.settings;
-    const stale = () => mine !== this.#loads;
+    try {
+      await this.#load(sex, download.signal);
+    } catch (error) {
+      if (download.signal.aborted) return;
+      this.#explainLoad(sex, error);
+    }
+    this.#loading.finish();
+  }
+
+  async #load(sex: Settings["sex"], signal: AbortSignal): Promise<void> {
     this.#loading.start("Loading the body");
     const model = await load({
       model: new URL(`${sex}/`, document.baseURI),
+      signal,
       onProgress: ({ loadedBytes, totalBytes }) => {
-        if (!stale()) this.#loading.report("model", loadedBytes, totalBytes);
+        if (!signal.aborted) this.#loading.report("model", loadedBytes, totalBytes);
       },
       onBody: (body) => {
-        if (stale()) return;
+        if (signal.aborted || this.#playback) return;
         this.#loading.say("Loading the networks");
-        this.#show(body, body.createAvatar({ shape: this.settings.shape }));
+        this.#show(sex, body, body.createAvatar({ shape: this.settings.shape }));
       },
     });
-    if (stale()) {
+    try {
+      signal.throwIfAborted();
+      this.#show(sex, model.body, model.createAvatar({ shape: this.settings.shape }));
+    } catch (error) {
       model.dispose();
-      return;
+      throw error;
     }
     this.#model?.dispose();
     this.#model = model;
-    this.#show(model.body, model.createAvatar({ shape: this.settings.shape }));
-    this.#loading.finish();
     this.hud.setFact("downloaded", `${this.#loading.loadedMegabytes.toFixed(2)} MB`);
     describeModel(model.bundle);
+  }
+
+  #explainLoad(sex: Settings["sex"], error: unknown): void {
+    if (this.#sex === null) {
+      showError("The page could not start", error);
+      return;
+    }
+    const what = this.#sex === sex && !this.#model ? `networks of the ${sex} body` : `${sex} body`;
+    showError(`The ${what} could not be loaded`, error);
+    this.settings.sex = this.#sex;
+    this.#changed(() => this.#panel.show());
   }
 
   /** Plays a BVH file; one that cannot be played is explained, and what played goes on. */
@@ -123,13 +160,16 @@ export class App {
       if (file.size > MAX_FILE_BYTES) {
         throw new Error(`It has ${(file.size / 1e6).toFixed(0)} MB; the page reads up to 64 MB.`);
       }
-      if (!this.#avatar) throw new Error("The body is still being loaded. Try again in a moment.");
       const bytes = new Uint8Array(await file.arrayBuffer());
-      const motion = Motion.fromBvh(bytes, this.#avatar);
+      if (!this.#playback)
+        throw new Error("The body is still being loaded. Try again in a moment.");
+      const motion = Motion.fromBvh(bytes, this.#playback.avatar);
+      this.#playback.setMotion(motion);
+      this.#fileBefore = this.#file;
       this.#file = { name: file.name, bytes };
-      this.#playback?.setMotion(motion);
+      this.#motionIsStale = false;
       this.#stale = true;
-      this.#panel.addFileMotion(file.name);
+      this.#panel.showPlaying(file.name);
       showFileReport(file.name, motion);
       this.#announce();
     } catch (error) {
@@ -138,17 +178,36 @@ export class App {
     }
   }
 
-  #show(body: Body, avatar: Avatar): void {
+  /** Makes the motion anew if a control asked for that; sliders ask more often than pictures. */
+  applyChanges(): void {
+    if (!this.#motionIsStale) return;
+    this.#motionIsStale = false;
+    try {
+      const playback = this.#playback;
+      playback?.setAvatar(playback.avatar, this.#makeMotion(playback.avatar));
+    } catch (error) {
+      showError("That did not work", error);
+    }
+  }
+
+  /** Shows an avatar instead of the present one, which stays if the motion does not suit it. */
+  #show(sex: Settings["sex"], body: Body, avatar: Avatar): void {
     this.#stale = true;
-    const motion = this.#makeMotion(avatar);
+    try {
+      this.#tune(avatar);
+      const motion = this.#playback ? this.#makeMotion(avatar) : this.#makeFirstMotion(avatar);
+      if (this.#playback) this.#playback.setAvatar(avatar, motion);
+      else this.#playback = new Playback(avatar, motion);
+    } catch (error) {
+      avatar.dispose();
+      throw error;
+    }
+    this.#motionIsStale = false;
     if (body !== this.#body) this.#view.setBody(body);
-    const before = this.#avatar;
+    this.#avatar?.dispose();
     this.#body = body;
+    this.#sex = sex;
     this.#avatar = avatar;
-    this.#tune(avatar);
-    if (this.#playback) this.#playback.setAvatar(avatar, motion);
-    else this.#playback = new Playback(avatar, motion);
-    before?.dispose();
     this.#applySpeed();
     this.hud.clear();
     this.#announce();
@@ -161,35 +220,64 @@ export class App {
     return Motion.procedural(choice.name, avatar, motionOptions(choice, tempoHz, heightM));
   }
 
+  /** The link's motion; at its usual tempo and height, where the link's do not go together. */
+  #makeFirstMotion(avatar: Avatar): Motion {
+    try {
+      return this.#makeMotion(avatar);
+    } catch (error) {
+      this.settings.tempoHz = null;
+      this.settings.heightM = null;
+      const motion = this.#makeMotion(avatar);
+      this.#changed(() => this.#panel.showPlaying(null));
+      showError("The motion plays at its usual tempo and height", error);
+      return motion;
+    }
+  }
+
+  /** Plays on; if the avatar refuses a pose, goes back to what played before and says why. */
+  #play(work: (playback: Playback) => void): void {
+    if (!this.#playback) return;
+    try {
+      work(this.#playback);
+    } catch (error) {
+      const refused = this.#file;
+      if (!refused) throw error;
+      this.#file = this.#fileBefore;
+      this.#fileBefore = null;
+      this.#playback.setMotion(this.#makeMotion(this.#playback.avatar));
+      this.#panel.showPlaying(this.#file?.name ?? null);
+      this.#announce();
+      showFileProblem(refused.name, error);
+      showError(`${refused.name} cannot be played to its end`, error);
+    }
+  }
+
   #setSex(): void {
-    this.#changed(() => {
-      this.loadModel().catch((error) => {
-        this.#loading.finish();
-        showError("The model could not be loaded", error);
-      });
-    });
+    this.#changed(() => void this.openModel());
   }
 
   #setShape(): void {
-    this.#changed(() =>
-      this.#withAvatar((avatar) => {
-        avatar.setShape(this.settings.shape);
-        // Longer legs take other steps.
-        this.#playback?.setAvatar(avatar, this.#makeMotion(avatar));
-      }),
-    );
+    this.#changed(() => {
+      this.#avatar?.setShape(this.settings.shape);
+      // Longer legs take other steps.
+      this.#remakeMotion();
+    });
   }
 
   #setMotion(): void {
-    this.#changed(() =>
-      this.#withAvatar((avatar) => {
-        this.#file = null;
-        byId("file-report").hidden = true;
-        this.#playback?.setMotion(this.#makeMotion(avatar));
-        this.#panel.showMotionOptions(findMotion(this.settings.motion));
-        this.#announce();
-      }),
-    );
+    this.#changed(() => {
+      this.#file = null;
+      this.#fileBefore = null;
+      byId("file-report").hidden = true;
+      this.#panel.showPlaying(null);
+      this.#playback?.setMotion(this.#makeMotion(this.#playback.avatar));
+      this.#motionIsStale = false;
+      this.#announce();
+    });
+  }
+
+  #remakeMotion(): void {
+    this.#motionIsStale = true;
   }
 
   #setDynamics(): void {
@@ -225,12 +313,12 @@ export class App {
     if (!this.#avatar) return;
     work(this.#avatar);
     this.#tune(this.#avatar);
-    if (this.#playback?.paused) this.#playback.refresh();
+    if (this.#playback?.paused) this.#play((playback) => playback.refresh());
   }
 
   #announce(): void {
     const what = this.#file?.name ?? findMotion(this.settings.motion).label;
-    byId("now-playing").textContent = `${what} · ${this.settings.sex} body`;
+    byId("now-playing").textContent = `${what} · ${this.#sex} body`;
   }
 
   async #copyHud(): Promise<void> {
@@ -257,9 +345,10 @@ export class App {
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
     this.#stale = false;
+    this.applyChanges();
     const playback = this.#playback;
     if (playback) {
-      playback.frame(elapsedSeconds);
+      this.#play(() => playback.frame(elapsedSeconds));
       this.#addTimings(playback.avatar);
       const [x = 0, , z = 0] = playback.pose;
       // A jump in time takes the camera along.

@@ -30,6 +30,8 @@ export interface DemoHook {
   step(): void;
   /** Pauses, and lets one tick pass in the present pose: a body that stands still settles. */
   hold(): void;
+  /** Pauses, goes over into the rest pose within a second, and stands in it for `seconds`. */
+  standAtRest(seconds: number): void;
 }
 
 declare global {
@@ -68,6 +70,7 @@ export function installHook(app: App, view: View): void {
     view,
     seek(timeSeconds) {
       pause();
+      app.applyChanges();
       app.playback?.seek(timeSeconds, 0);
       app.draw(0);
     },
@@ -78,6 +81,10 @@ export function installHook(app: App, view: View): void {
     hold() {
       pause();
       app.playback?.hold();
+    },
+    standAtRest(seconds) {
+      pause();
+      app.playback?.standAtRest(seconds);
     },
   };
 }

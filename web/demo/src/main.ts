@@ -22,7 +22,7 @@ async function start(): Promise<void> {
     if (reason !== null)
       showError("The graphics card was lost; reload the page", new Error(reason));
   });
-  await app.loadModel();
+  await app.openModel();
 }
 
 start().catch((error) => {

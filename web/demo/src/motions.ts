@@ -46,10 +46,10 @@ export const MOTIONS: readonly MotionChoice[] = [
   },
 ];
 
-/** The motion with this name, or the first. */
-export function findMotion(name: string): MotionChoice {
-  const found = MOTIONS.find((choice) => choice.name === name) ?? MOTIONS[0];
-  if (!found) throw new Error("The list of motions is empty.");
+/** The motion with this name. */
+export function findMotion(name: ProceduralName): MotionChoice {
+  const found = MOTIONS.find((choice) => choice.name === name);
+  if (!found) throw new Error(`The list has no motion ${name}.`);
   return found;
 }
 

@@ -1,6 +1,6 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
 import { byId, create } from "./dom.js";
-import { MOTIONS, type MotionChoice } from "./motions.js";
+import { findMotion, MOTIONS, type MotionChoice } from "./motions.js";
 import type { Settings } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
 
@@ -81,16 +81,21 @@ export class Panel {
     if (output.textContent !== text) output.textContent = text;
   }
 
-  /** Adds a played file to the list and selects it. */
-  addFileMotion(fileName: string): void {
+  /** Selects what plays in the list, which holds at most one file; null: the settings' motion. */
+  showPlaying(fileName: string | null): void {
     const select = byId<HTMLSelectElement>("motion");
     select.querySelector(`option[value="${FILE_MOTION}"]`)?.remove();
+    if (fileName === null) {
+      select.value = this.#settings.motion;
+      this.#showMotionOptions(findMotion(this.#settings.motion));
+      return;
+    }
     select.append(create("option", { value: FILE_MOTION, textContent: fileName, selected: true }));
-    this.showMotionOptions(null);
+    this.#showMotionOptions(null);
   }
 
   /** The sliders that belong to a motion; none for a file. */
-  showMotionOptions(choice: MotionChoice | null): void {
+  #showMotionOptions(choice: MotionChoice | null): void {
     const sliders: Slider[] = [];
     const add = (
       id: string,
@@ -163,13 +168,13 @@ export class Panel {
     select.replaceChildren(
       ...MOTIONS.map(({ name, label }) => create("option", { value: name, textContent: label })),
     );
-    select.value = this.#settings.motion;
+    this.showPlaying(null);
     select.addEventListener("change", () => {
-      if (select.value === FILE_MOTION) return;
-      this.#settings.motion = select.value;
+      const choice = MOTIONS.find(({ name }) => name === select.value);
+      if (!choice) return;
+      this.#settings.motion = choice.name;
       this.#settings.tempoHz = null;
       this.#settings.heightM = null;
-      select.querySelector(`option[value="${FILE_MOTION}"]`)?.remove();
       this.#actions.setMotion();
     });
   }

@@ -1,12 +1,17 @@
-import { type Avatar, type Motion, POSE_LENGTH, type Pose } from "dynaskin";
+import { type Avatar, type Motion, POSE_LENGTH, type Pose, restPose } from "dynaskin";
 
 /** Seconds of motion that are stepped through before a moment that is jumped to. */
 const WARM_UP_SECONDS = 2;
 const TICK_SECONDS = 1 / 60;
 /** Longest part of a motion that one display frame may advance, after a stall. */
 const MAX_FRAME_SECONDS = 0.25;
+/** Time in which a body goes over into the rest pose, slow enough to be no jump. */
+const TO_REST_SECONDS = 1;
 
-/** Plays a motion on an avatar: the clock of the page, with pause, slow motion and jumps. */
+/**
+ * Plays a motion on an avatar: the clock of the page, with pause, slow motion and jumps. It owns
+ * the motion and disposes it when another takes its place; the avatar is the caller's.
+ */
 export class Playback {
   /** Playback speed; 1 is real time. The tissue slows down with the skeleton. */
   speed = 1;
@@ -41,18 +46,31 @@ export class Playback {
     return this.#avatar;
   }
 
-  /** Plays another motion from its beginning. */
+  /** Plays another motion from its beginning. If the avatar refuses it, this one goes on. */
   setMotion(motion: Motion): void {
-    this.#motion = motion;
+    this.#replace(this.#avatar, motion, 0);
     this.rounds = 0;
-    this.seek(0);
   }
 
-  /** Goes on with another avatar at the same moment. */
+  /** Goes on with another avatar at the same moment. If that fails, the present one goes on. */
   setAvatar(avatar: Avatar, motion: Motion): void {
+    this.#replace(avatar, motion, Math.min(this.#timeSeconds, motion.durationSeconds));
+  }
+
+  #replace(avatar: Avatar, motion: Motion, timeSeconds: number): void {
+    const before = { avatar: this.#avatar, motion: this.#motion, timeSeconds: this.#timeSeconds };
     this.#avatar = avatar;
     this.#motion = motion;
-    this.seek(Math.min(this.#timeSeconds, motion.durationSeconds));
+    try {
+      this.seek(timeSeconds);
+    } catch (error) {
+      this.#avatar = before.avatar;
+      this.#motion = before.motion;
+      motion.dispose();
+      this.seek(before.timeSeconds);
+      throw error;
+    }
+    before.motion.dispose();
   }
 
   /** Advances by a display frame of `elapsedSeconds` of real time. */
@@ -84,6 +102,19 @@ export class Playback {
     this.#avatar.step(this.pose, TICK_SECONDS);
   }
 
+  /** Goes over into the rest pose, on the spot, and stands in it for `seconds`. */
+  standAtRest(seconds: number): void {
+    const from = this.pose.slice();
+    const rest = restPose();
+    rest.set(from.subarray(0, 3));
+    const ticks = Math.round(TO_REST_SECONDS / TICK_SECONDS);
+    for (let tick = 1; tick <= ticks; tick += 1) {
+      blendPoses(from, rest, smooth(tick / ticks), this.pose);
+      this.hold();
+    }
+    for (let tick = 0; tick < seconds / TICK_SECONDS; tick += 1) this.hold();
+  }
+
   /**
    * Jumps to a moment, with the tissue as if the motion had been playing for two seconds (or from
    * its beginning, when that is nearer, or from `fromSeconds`). The same call gives the same skin.
@@ -106,5 +137,25 @@ export class Playback {
     this.#timeSeconds = Math.max(0, timeSeconds);
     this.#motion.poseAt(this.#timeSeconds, this.pose);
     this.#avatar.step(this.pose, dtSeconds);
+  }
+}
+
+/** 0 to 1 with no speed at either end. */
+function smooth(share: number): number {
+  return share * share * (3 - 2 * share);
+}
+
+/** The pose `share` of the way from one to another; rotations by normalised interpolation. */
+function blendPoses(from: Pose, to: Pose, share: number, out: Pose): void {
+  const mix = (a: number, b: number) => a + (b - a) * share;
+  for (let idx = 0; idx < 3; idx += 1) out[idx] = mix(from[idx] ?? 0, to[idx] ?? 0);
+  for (let at = 3; at < POSE_LENGTH; at += 4) {
+    const a = from.subarray(at, at + 4);
+    const b = to.subarray(at, at + 4);
+    // A quaternion and its negative are the same rotation; the nearer one is the short way.
+    const sign = a.reduce((sum, value, idx) => sum + value * (b[idx] ?? 0), 0) < 0 ? -1 : 1;
+    const mixed = a.map((value, idx) => mix(value, sign * (b[idx] ?? 0)));
+    const length = Math.hypot(...mixed);
+    for (const [idx, value] of mixed.entries()) out[at + idx] = value / length;
   }
 }
