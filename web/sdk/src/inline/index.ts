@@ -1,7 +1,7 @@
 /**
  * dynaskin in one JavaScript file: the same as the main entry, with the WebAssembly inside. For
- * bundlers that copy no files (esbuild), and for pages that must not fetch any. Larger than the
- * file by a third, and decoded at each start.
+ * bundlers that copy no files (esbuild), and for pages that must not fetch any. As large as
+ * the compressed file, and unpacked at each start.
  *
  * @module
  */

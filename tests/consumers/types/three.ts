@@ -1,0 +1,22 @@
+// A strict TypeScript application with three.js.
+import { type Avatar, DynaSkinError, load, type Pose, restPose } from "dynaskin";
+import { load as loadInline } from "dynaskin/inline";
+import { DynaSkin } from "dynaskin/three";
+import { createWorkerAvatar, type WorkerAvatar } from "dynaskin/worker";
+import type { SkinnedMesh } from "three";
+
+export async function start(mesh: SkinnedMesh): Promise<DynaSkin[]> {
+  const model = await load({
+    model: "/models/female/",
+    onProgress: ({ loadedBytes }) => loadedBytes,
+  });
+  const same: typeof model = await loadInline({ model: new URL("https://example.org/female/") });
+  const avatar: Avatar = same.createAvatar({ shape: new Float32Array(10) });
+  const remote: WorkerAvatar = await createWorkerAvatar({ model: "/models/female/" });
+  const pose: Pose = restPose();
+  avatar.step(pose, 1 / 60);
+  return [new DynaSkin(avatar, mesh), new DynaSkin(remote, mesh, { boneNames: { neck: "Neck" } })];
+}
+
+export const codeOf = (error: unknown): string =>
+  error instanceof DynaSkinError ? error.code : "unknown";
