@@ -83,6 +83,52 @@ fn simulated_clips_are_kept_and_damaged_ones_made_again() {
 }
 
 #[test]
+fn clips_of_another_body_and_earlier_runs_are_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path().to_str().unwrap();
+    simulate(folder.path());
+    let clip = folder.path().join("hop-190-090__s0.safetensors");
+    let whole = fs::read(&clip).unwrap();
+    let male = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/male/body.glb");
+    let error = refusal(&[
+        "simulate",
+        "--body",
+        male.to_str().unwrap(),
+        "--procedural",
+        "--out",
+        here,
+        "--limit-frames",
+        "30",
+        "--no-mirror",
+        "--shapes",
+        "1",
+        "--filter",
+        "hop-190-090__s0",
+    ]);
+    assert!(error.contains("another body"), "{error}");
+    assert_eq!(fs::read(&clip).unwrap(), whole);
+
+    let model = folder.path().join("model");
+    fs::create_dir_all(model.join("checkpoint")).unwrap();
+    fs::write(model.join("checkpoint/state.json"), "{}").unwrap();
+    let body = female_body();
+    let error = refusal(&[
+        "train",
+        "--data",
+        here,
+        "--body",
+        body.to_str().unwrap(),
+        "--out",
+        model.to_str().unwrap(),
+    ]);
+    assert!(error.contains("--restart"), "{error}");
+    assert_eq!(
+        fs::read(model.join("checkpoint/state.json")).unwrap(),
+        b"{}"
+    );
+}
+
+#[test]
 fn what_is_missing_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path().to_str().unwrap();

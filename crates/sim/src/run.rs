@@ -112,6 +112,12 @@ pub enum RunError {
         /// Why.
         source: MotionError,
     },
+    /// A clip of another body has this name.
+    #[error("{path} was made with another body; give each body a folder of its own (--out)")]
+    OtherBody {
+        /// The clip's file, which stays as it is.
+        path: PathBuf,
+    },
     /// The body has no tissue to simulate.
     #[error(transparent)]
     Shell(#[from] ShellError),

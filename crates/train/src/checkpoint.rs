@@ -67,6 +67,11 @@ impl Checkpoint {
         self.dir.join("best.bpk")
     }
 
+    /// Whether the folder holds a run, finished or not.
+    pub fn holds_run(&self) -> bool {
+        self.state().exists()
+    }
+
     /// Forgets an earlier run.
     pub(crate) fn clear(&self) -> Result<(), TrainError> {
         let path = self.state();

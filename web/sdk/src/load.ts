@@ -86,17 +86,36 @@ interface Sources {
 
 function toSources(model: LoadOptions["model"]): Sources {
   if (typeof model !== "string" && !(model instanceof URL)) {
+    if (typeof model !== "object" || model === null) {
+      throw new DynaSkinError(
+        "argument",
+        `model must be an address or the model's files, got ${model === null ? "null" : typeof model}.`,
+      );
+    }
     return { bundle: model.bundle, file: (_bundle, key) => model[key] };
   }
   const address = String(model);
-  const folder = new URL(
-    address.endsWith("/") ? address : `${address}/`,
-    (globalThis as { document?: { baseURI: string } }).document?.baseURI,
-  );
+  const folder = toUrl(address.endsWith("/") ? address : `${address}/`);
   return {
     bundle: new URL("bundle.json", folder),
     file: (bundle, key) => new URL(encodeURI(bundle[key].file), folder),
   };
+}
+
+function toUrl(address: string): URL {
+  const page = (globalThis as { document?: { baseURI: string } }).document?.baseURI;
+  try {
+    return new URL(address, page);
+  } catch (cause) {
+    throw new DynaSkinError(
+      "argument",
+      page === undefined
+        ? `model is "${address}": outside a page it must be a full address, such as ` +
+            'new URL("./models/female/", import.meta.url) or pathToFileURL(folder).'
+        : `model is "${address}", which is no address.`,
+      { cause },
+    );
+  }
 }
 
 /** Only as much as is needed to find the files; the core checks the rest. */

@@ -95,10 +95,13 @@ export class Motion {
    * Writes the pose at a time into `out` and returns it. Times outside the motion give its first or
    * last pose; between frames, rotations are interpolated on the sphere.
    *
-   * @throws DynaSkinError `argument` for an `out` of the wrong length
+   * @throws DynaSkinError `argument` for an `out` of the wrong type or length
    */
   poseAt(timeSeconds: number, out: Pose = new Float64Array(POSE_LENGTH)): Pose {
     checkLength("out", out, POSE_LENGTH);
+    if (!(out instanceof Float64Array)) {
+      throw new DynaSkinError("argument", "out must be a Float64Array: poses are double precision.");
+    }
     const raw = this.#raw;
     if (!raw) throw new DynaSkinError("disposed", "This motion was used after dispose().");
     guard(() => raw.poseAt(timeSeconds, out));

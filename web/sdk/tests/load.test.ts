@@ -41,6 +41,12 @@ describe("load", () => {
     }
   });
 
+  it("refuses what is no address with a sentence that helps", async () => {
+    const error = await expectError("argument", () => load({ model: "models/female/" }));
+    expect(error.message).toContain("full address");
+    await expectError("argument", () => load({ model: 5 as unknown as string }));
+  });
+
   it("may run twice at the same time", async () => {
     const [a, b] = await Promise.all([loadModel(), loadModel()]);
     a.dispose();

@@ -50,6 +50,14 @@ describe("procedural motions", () => {
     expect(rise(0.1) - rise(0.05)).toBeCloseTo(0.05, 2);
   });
 
+  it("refuse to write poses into anything but a Float64Array, and can still be freed", async () => {
+    const motion = Motion.procedural("jump", avatar);
+    const single = new Float32Array(POSE_LENGTH) as unknown as Float64Array;
+    await expectError("argument", () => motion.poseAt(0, single));
+    motion.dispose();
+    motion.dispose();
+  });
+
   it("refuse what cannot be made", async () => {
     await expectError("argument", () => Motion.procedural("fly" as "hop", avatar));
     await expectError("motion", () => Motion.procedural("hop", avatar, { tempoHz: Number.NaN }));

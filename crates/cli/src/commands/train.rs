@@ -36,6 +36,9 @@ pub struct TrainArgs {
     /// Go on with the run whose state is in the checkpoint folder.
     #[arg(long)]
     resume: bool,
+    /// Forget the run whose state is in the checkpoint folder, and begin anew.
+    #[arg(long, conflicts_with = "resume")]
+    restart: bool,
     /// What is held out, as JSON; the project's own split unless given.
     #[arg(long)]
     split: Option<PathBuf>,
@@ -120,6 +123,16 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     let data_set = DataSet::open(&args.data, &body_sha256, &split)?;
     say(&listing(&data_set));
 
+    let folder = args.checkpoint.clone();
+    let folder = folder.unwrap_or_else(|| args.out.join("checkpoint"));
+    let checkpoint = Checkpoint::new(&folder)?;
+    if checkpoint.holds_run() && !args.resume && !args.restart {
+        bail!(
+            "{} holds an earlier run: --resume goes on with it, --restart forgets it",
+            folder.display()
+        );
+    }
+
     let bar = clip_bar("reading clips");
     let prepared = prepare(&data_set, &body, &config, |done, all| {
         bar.set_length(all as u64);
@@ -127,8 +140,6 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
 
-    let checkpoint = args.checkpoint.clone();
-    let checkpoint = Checkpoint::new(&checkpoint.unwrap_or_else(|| args.out.join("checkpoint")))?;
     let start = Instant::now();
     let mut epochs_seen = 0;
     let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {

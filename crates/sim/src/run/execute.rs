@@ -69,13 +69,16 @@ fn one(run: &Run<'_>, job: &Job, shell: &Shell) -> Result<Outcome, RunError> {
         "settings": run.settings,
     })
     .to_string();
-    if let Ok(header) = ClipHeader::read(&path)
-        && header.sim_json == sim_json
-        && header.seed == run.seed
-        && header.body_sha256 == run.body_sha256
-        && header.frame_count == job.frames
-    {
-        return Ok(Outcome::Kept);
+    if let Ok(header) = ClipHeader::read(&path) {
+        if header.body_sha256 != run.body_sha256 {
+            return Err(RunError::OtherBody { path });
+        }
+        if header.sim_json == sim_json
+            && header.seed == run.seed
+            && header.frame_count == job.frames
+        {
+            return Ok(Outcome::Kept);
+        }
     }
     let mut clip = job.motion.clip(&run.body.shaped(&shape).joints_m)?;
     clip.frames.truncate(job.frames);
