@@ -100,7 +100,10 @@ export class Motion {
   poseAt(timeSeconds: number, out: Pose = new Float64Array(POSE_LENGTH)): Pose {
     checkLength("out", out, POSE_LENGTH);
     if (!(out instanceof Float64Array)) {
-      throw new DynaSkinError("argument", "out must be a Float64Array: poses are double precision.");
+      throw new DynaSkinError(
+        "argument",
+        "out must be a Float64Array: poses are double precision.",
+      );
     }
     const raw = this.#raw;
     if (!raw) throw new DynaSkinError("disposed", "This motion was used after dispose().");
