@@ -12,14 +12,14 @@ test("an avatar in a worker gives the bits of one in the page", async ({ page })
     const here = (await load({ model })).createAvatar({ shape });
     const there = await createWorkerAvatar({ model, shape });
     const motion = Motion.procedural("hop", here);
-    const nextTask = () => new Promise((done) => setTimeout(done));
+    for (const avatar of [here, there]) avatar.setControls("calm-clothes");
     let [largestM, differing, ahead] = [0, 0, 0];
     for (let tick = 0; tick < 120; tick += 1) {
       const pose = motion.poseAt(tick / 60);
       here.step(pose, 1 / 60);
       there.step(pose, 1 / 60);
       if (there.pending) ahead += 1;
-      while (there.pending) await nextTask();
+      await there.whenAnswered();
       const offsets = here.offsets as Float32Array;
       offsets.forEach((value, idx) => {
         largestM = Math.max(largestM, Math.abs(value));
@@ -49,9 +49,6 @@ test("a worker hands back errors, and goes on", async ({ page }) => {
         return (error as { code?: string }).code ?? String(error);
       }
     };
-    const settled = async (avatar: { pending: boolean }) => {
-      while (avatar.pending) await new Promise((done) => setTimeout(done));
-    };
     const missing = await codeOf(() => createWorkerAvatar({ model: "/models/nobody/" }));
     const reason = Object.assign(new Error("left"), { code: "left" });
     const aborted = await codeOf(() => {
@@ -62,10 +59,9 @@ test("a worker hands back errors, and goes on", async ({ page }) => {
     });
     const avatar = await createWorkerAvatar({ model: "/models/female/" });
     avatar.step(restPose().fill(Number.NaN), 1 / 60);
-    await settled(avatar);
-    const bad = await codeOf(() => avatar.step(restPose(), 1 / 60));
+    const bad = await codeOf(() => avatar.whenAnswered());
     avatar.step(restPose(), 1 / 60);
-    await settled(avatar);
+    await avatar.whenAnswered();
     const good = await codeOf(() => avatar.step(restPose(), 1 / 60));
     avatar.dispose();
     const after = await codeOf(() => avatar.step(restPose(), 1 / 60));

@@ -1,3 +1,5 @@
+import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
+import { Ray } from "@babylonjs/core/Culling/ray.js";
 import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
 import { ImportMeshAsync } from "@babylonjs/core/Loading/sceneLoader.js";
 import { Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
@@ -8,6 +10,7 @@ import "@babylonjs/loaders/glTF/index.js";
 import { type Avatar, type Model, Motion, restPose } from "dynaskin";
 import { DynaSkin } from "dynaskin/babylon";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { createThreadAvatar } from "./node-worker.js";
 import {
   expectError,
   largestDifference,
@@ -103,6 +106,87 @@ describe("DynaSkin in Babylon.js", () => {
     // Babylon's world matrices are single precision, and accelerations are second differences.
     expect(largestDifference(usual, giant)).toBeLessThan(1e-3);
     expect(largestDifference(usual, dwarf)).toBeLessThan(1e-3);
+  });
+
+  it("takes the size from the scene, whatever the avatar's own scale is", async () => {
+    const offsets: Float32Array[] = [];
+    for (const [avatarScale, moverScale] of [
+      [1, 1],
+      [2, 1],
+      [0.5, 3],
+    ] as const) {
+      const { mesh, mover } = await loadBody();
+      mover.scaling.setAll(moverScale);
+      const avatar = model.createAvatar({ shape: SHAPE });
+      const skin = new DynaSkin(avatar, mesh);
+      hop(skin, avatar, 0.5);
+      avatar.scale = avatarScale; // in mid-motion, as a slider would
+      hop(skin, avatar);
+      expect(avatar.timings.settled).toBe(false);
+      offsets.push(avatar.offsets.slice());
+      const drawn = drawnPositions(mesh).map((value) => value / moverScale);
+      const skinned = avatar.skinned().positions.map((value) => value / avatarScale);
+      expect(largestDifference(drawn, skinned)).toBeLessThan(5e-6);
+      skin.dispose();
+      avatar.dispose();
+    }
+    const [usual = new Float32Array(), scaled = [], both = []] = offsets;
+    expect(largestOffset(usual)).toBeGreaterThan(1e-3);
+    expect(largestDifference(usual, scaled)).toBeLessThan(1e-3);
+    expect(largestDifference(usual, both)).toBeLessThan(1e-3);
+  });
+
+  it("hands over the normals of the moved surface, which rays meet", async () => {
+    const { mesh } = await loadBody(true);
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    const before = Float32Array.from(mesh.getVerticesData(VertexBuffer.NormalKind) ?? []);
+    hop(skin, avatar);
+    const normals = mesh.getVerticesData(VertexBuffer.NormalKind) ?? [];
+    expect(largestDifference(normals, avatar.normals)).toBe(0);
+    expect(largestDifference(normals, before)).toBeGreaterThan(0.005);
+    // Babylon picks skinned meshes where they rest, unless it is asked to skin them first.
+    skin.mesh.position.x = 4;
+    skin.update(1 / 60);
+    const drawn = drawnPositions(mesh);
+    mesh.refreshBoundingInfo({ applySkeleton: true });
+    const height = Math.max(...drawn.filter((_, at) => at % 3 === 1));
+    const ray = new Ray(new Vector3(4, height - 0.1, 3), new Vector3(0, 0, -1), 10);
+    const { hit, pickedPoint } = ray.intersectsMesh(mesh, false);
+    expect(hit).toBe(true);
+    const nearest = Math.min(
+      ...Array.from({ length: drawn.length / 3 }, (_, idx) =>
+        Vector3.Distance(Vector3.FromArray(drawn, idx * 3), pickedPoint ?? Vector3.Zero()),
+      ),
+    );
+    expect(nearest).toBeLessThan(0.02);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("draws an avatar in a worker as one in the page", async () => {
+    const { mesh } = await loadBody();
+    const here = model.createAvatar();
+    const there = await createThreadAvatar();
+    const skin = new DynaSkin(there, mesh);
+    const motion = Motion.procedural("hop", here);
+    for (let tick = 0; tick < 90; tick += 1) {
+      if (tick === 30) for (const avatar of [here, there]) avatar.setShape(SHAPE);
+      await there.whenAnswered();
+      skin.writePose(motion.poseAt(tick / 60));
+      skin.update(1 / 60);
+      here.step(skin.pose, 1 / 60);
+    }
+    skin.update(0);
+    await there.whenAnswered();
+    skin.update(0);
+    expect(largestOffset(there.offsets)).toBeGreaterThan(1e-3);
+    expect(largestDifference(there.offsets, here.offsets)).toBe(0);
+    expect(largestDifference(drawnPositions(mesh), here.skinned().positions)).toBeLessThan(5e-6);
+    skin.dispose();
+    there.dispose();
+    here.dispose();
+    motion.dispose();
   });
 
   it("follows a change of shape, within its bounds", async () => {

@@ -1,8 +1,9 @@
-import { type Avatar, type Model, Motion, restPose } from "dynaskin";
+import { Avatar, type Model, Motion, restPose } from "dynaskin";
 import { DynaSkin } from "dynaskin/three";
 import {
   Bone,
   Box3,
+  type BufferAttribute,
   Group,
   Mesh,
   type Object3D,
@@ -11,7 +12,8 @@ import {
   Vector3,
 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { afterAll, beforeAll, describe, expect, it, vi } from "vitest";
+import { createThreadAvatar } from "./node-worker.js";
 import {
   expectError,
   largestDifference,
@@ -102,6 +104,97 @@ describe("DynaSkin in three.js", () => {
     expect(largestOffset(usual)).toBeGreaterThan(1e-3);
     expect(largestDifference(usual, giant)).toBeLessThan(1e-4);
     expect(largestDifference(usual, dwarf)).toBeLessThan(1e-4);
+  });
+
+  it("takes the size from the scene, whatever the avatar's own scale is", async () => {
+    const offsets: Float32Array[] = [];
+    for (const [avatarScale, groupScale] of [
+      [1, 1],
+      [2, 1],
+      [0.5, 3],
+    ] as const) {
+      const { mesh, group } = await loadBody();
+      group.scale.setScalar(groupScale);
+      const avatar = model.createAvatar({ shape: SHAPE });
+      const skin = new DynaSkin(avatar, mesh);
+      hop(skin, avatar, 0.5);
+      avatar.scale = avatarScale; // in mid-motion, as a slider would
+      hop(skin, avatar);
+      expect(avatar.timings.settled).toBe(false);
+      offsets.push(avatar.offsets.slice());
+      const drawn = drawnPositions(mesh).map((value) => value / groupScale);
+      const skinned = avatar.skinned().positions.map((value) => value / avatarScale);
+      expect(largestDifference(drawn, skinned)).toBeLessThan(4e-6);
+      skin.dispose();
+      avatar.dispose();
+    }
+    const [usual = new Float32Array(), scaled = [], both = []] = offsets;
+    expect(largestOffset(usual)).toBeGreaterThan(1e-3);
+    expect(largestDifference(usual, scaled)).toBeLessThan(1e-4);
+    expect(largestDifference(usual, both)).toBeLessThan(1e-4);
+  });
+
+  it("hands over the normals of the moved surface", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    const normal = mesh.geometry.getAttribute("normal") as BufferAttribute;
+    const before = normal.array.slice();
+    const { version } = normal;
+    hop(skin, avatar);
+    expect(normal.version).toBeGreaterThan(version);
+    expect(largestDifference(normal.array, avatar.normals)).toBe(0);
+    expect(largestDifference(normal.array, before)).toBeGreaterThan(0.005);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("draws an avatar in a worker as one in the page, with its changes", async () => {
+    const { mesh } = await loadBody();
+    const here = model.createAvatar();
+    const there = await createThreadAvatar();
+    const skin = new DynaSkin(there, mesh);
+    const motion = Motion.procedural("hop", here);
+    let largest = 0;
+    for (let tick = 0; tick < 90; tick += 1) {
+      if (tick === 30) for (const avatar of [here, there]) avatar.setShape(SHAPE);
+      if (tick === 50) for (const avatar of [here, there]) avatar.scale = 2;
+      await there.whenAnswered();
+      skin.writePose(motion.poseAt(tick / 60));
+      skin.update(1 / 60);
+      here.step(skin.pose, 1 / 60);
+      await there.whenAnswered();
+      largest = Math.max(largest, largestOffset(there.offsets));
+    }
+    skin.update(0);
+    await there.whenAnswered();
+    skin.update(0);
+    expect(largest).toBeGreaterThan(2e-3);
+    expect(largestDifference(there.offsets, here.offsets)).toBe(0);
+    const skinned = here.skinned().positions.map((value) => value / 2);
+    expect(largestDifference(drawnPositions(mesh), skinned)).toBeLessThan(4e-6);
+    skin.dispose();
+    there.dispose();
+    here.dispose();
+    motion.dispose();
+  });
+
+  it("reads no shape in a frame, which would allocate, and misses no small change", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const skin = new DynaSkin(avatar, mesh);
+    const read = vi.spyOn(Avatar.prototype, "shape", "get");
+    const shape = new Float32Array(10);
+    for (let frame = 1; frame <= 200; frame += 1) {
+      shape.fill(frame / 5000);
+      avatar.setShape(shape);
+      skin.update(1 / 60);
+    }
+    expect(read).not.toHaveBeenCalled();
+    read.mockRestore();
+    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(3e-5);
+    skin.dispose();
+    avatar.dispose();
   });
 
   it("follows a change of shape with joints, skin and feet", async () => {

@@ -10,8 +10,10 @@ export interface RemoteAvatar {
   readonly positions: Float32Array;
   /** Unit normals of `positions`. */
   readonly normals: Float32Array;
-  /** Shape coefficients β, ten, in standard deviations. */
+  /** Shape coefficients β, ten, in standard deviations; another array only for another shape. */
   readonly shape: Float32Array;
+  /** Metres of the world in a metre of the body, in which poses are given; see `Avatar.scale`. */
+  readonly scale: number;
   /** Rest positions of the 24 joints for that shape: `[joint][x, y, z]` flattened, metres. */
   restJointsM(): Float32Array;
 }
@@ -158,7 +160,48 @@ export function copyVertices(
   }
 }
 
-/** Whether two shapes are the same numbers. */
-export function sameShape(a: Float32Array, b: Float32Array): boolean {
-  return a.every((value, idx) => value === b[idx]);
+/** A hundredth of a millimetre: rounding is far below, any change of shape that shows far above. */
+const SAME_BODY_M = 1e-5;
+
+/** Vertices looked at: one in so many. */
+const PROBE_EVERY = 150;
+
+/**
+ * Notices that an avatar has got another shape. An avatar of this thread gives its coefficients as a
+ * new array each time, and a frame should allocate nothing, so the body under the offsets is looked
+ * at instead, at vertices spread over it.
+ */
+export class ShapeWatch {
+  readonly #source: TissueSource;
+  readonly #probesM: Float32Array;
+  #shape: Float32Array | null = null;
+
+  constructor(source: TissueSource) {
+    this.#source = source;
+    const vertices = source.positions.length / 3;
+    this.#probesM = new Float32Array(3 * Math.ceil(vertices / PROBE_EVERY));
+    this.changed();
+  }
+
+  /** Whether the shape is another than at the last call. */
+  changed(): boolean {
+    if (this.#source instanceof Avatar) return this.#bodyChanged(this.#source);
+    const { shape } = this.#source;
+    const other = shape !== this.#shape;
+    this.#shape = shape;
+    return other;
+  }
+
+  #bodyChanged({ positions, offsets }: Avatar): boolean {
+    const probes = this.#probesM;
+    const at = (idx: number) => 3 * PROBE_EVERY * Math.floor(idx / 3) + (idx % 3);
+    const restM = (idx: number) => (positions[at(idx)] ?? 0) - (offsets[at(idx)] ?? 0);
+    let other = false;
+    for (let idx = 0; idx < probes.length && !other; idx += 1) {
+      other = Math.abs(restM(idx) - (probes[idx] ?? 0)) > SAME_BODY_M;
+    }
+    // Only then: small changes in many frames add up to one that is noticed.
+    if (other) for (let idx = 0; idx < probes.length; idx += 1) probes[idx] = restM(idx);
+    return other;
+  }
 }

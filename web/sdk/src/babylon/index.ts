@@ -20,7 +20,7 @@ import {
   reachM,
   restJointsOf,
   restOffsetM,
-  sameShape,
+  ShapeWatch,
   type TissueSource,
 } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
@@ -47,6 +47,9 @@ const scale = new Vector3();
 const position = new Vector3();
 const rotation = new Quaternion();
 const identity = Quaternion.Identity();
+const eulerRotation = new Quaternion();
+const matrix = new Matrix();
+const MIRROR_Z = Matrix.Scaling(1, 1, -1);
 
 /**
  * Moves the soft tissue of a skinned `Mesh` that was loaded from the avatar's `body.glb`.
@@ -70,13 +73,17 @@ export class DynaSkin {
   readonly pose: Pose = new Float64Array(POSE_LENGTH);
   readonly #joints: Joint[];
   readonly #vertexMap: RigOptions["vertexMap"];
+  readonly #shapeWatch: ShapeWatch;
   readonly #geometry: Geometry;
   readonly #positions: Float32Array;
   readonly #normals: Float32Array;
   #original: Original | null;
-  #shape: Float32Array;
   #jointsM: Float32Array;
+  /** Of each joint against its parent at rest, metres. */
+  readonly #restOffsets = JOINT_NAMES.map(() => new Vector3());
   #reachM = 0;
+  readonly #minimum = new Vector3();
+  readonly #maximum = new Vector3();
 
   /**
    * @param avatar - an avatar of the mesh's model, here or in a worker
@@ -98,7 +105,7 @@ export class DynaSkin {
     this.#vertexMap = options.vertexMap;
     this.#positions = new Float32Array(nVertices * 3);
     this.#normals = new Float32Array(nVertices * 3);
-    this.#shape = avatar.shape;
+    this.#shapeWatch = new ShapeWatch(avatar);
     this.#jointsM = restJointsOf(avatar);
     const { morphTargetManager } = mesh;
     this.#original = {
@@ -155,9 +162,9 @@ export class DynaSkin {
       node.rotationQuaternion ??= new Quaternion();
       Quaternion.FromArrayToRef(pose, 3 + joint * 4, node.rotationQuaternion);
     }
-    this.#joints[0]?.node.position
-      .set(...restOffsetM(this.#jointsM, 0))
-      .addInPlaceFromFloats(pose[0] ?? 0, pose[1] ?? 0, pose[2] ?? 0);
+    const [x = 0, y = 0, z = 0] = this.#jointsM;
+    const [px = 0, py = 0, pz = 0] = pose;
+    this.#joints[0]?.node.position.set(x + px, y + py, z + pz);
   }
 
   /**
@@ -188,10 +195,8 @@ export class DynaSkin {
   }
 
   #followShape(): void {
-    const shape = this.avatar.shape;
-    if (sameShape(shape, this.#shape)) return;
+    if (!this.#shapeWatch.changed()) return;
     const before = Vector3.FromArray(this.#jointsM);
-    this.#shape = shape;
     this.#jointsM = restJointsOf(this.avatar);
     this.#movePelvis(before);
     this.#fitSkeleton();
@@ -199,7 +204,7 @@ export class DynaSkin {
 
   /** Keeps the feet where they are when the pelvis of another shape is higher or lower. */
   #movePelvis(beforeM: Vector3): void {
-    const [x, y, z] = restOffsetM(this.#jointsM, 0);
+    const [x = 0, y = 0, z = 0] = this.#jointsM;
     this.#joints[0]?.node.position.addInPlaceFromFloats(x, y, z).subtractInPlace(beforeM);
   }
 
@@ -208,6 +213,7 @@ export class DynaSkin {
     for (const [joint, { bone }] of this.#joints.entries()) {
       const [x = 0, y = 0, z = 0] = this.#jointsM.subarray(joint * 3, joint * 3 + 3);
       Matrix.TranslationToRef(-x, -y, -z, bone.getAbsoluteInverseBindMatrix());
+      this.#restOffsets[joint]?.set(...restOffsetM(this.#jointsM, joint));
     }
     this.#placeNodes();
     this.#reachM = reachM(this.avatar.positions, this.#jointsM);
@@ -216,29 +222,35 @@ export class DynaSkin {
   /** A clip that was made for another shape moves the joints apart; the shape's distances hold. */
   #placeNodes(): void {
     for (let joint = 1; joint < this.#joints.length; joint += 1) {
-      this.#joints[joint]?.node.position.set(...restOffsetM(this.#jointsM, joint));
+      this.#joints[joint]?.node.position.copyFrom(this.#restOffsets[joint] ?? position);
     }
   }
 
-  /** Lengths are divided by the avatar's scale: a giant's tissue moves as if it were its own size. */
+  /**
+   * How large the body is, the scene says. Its lengths are brought to those that the avatar reckons
+   * in, so a giant's tissue moves as if it were its own size.
+   */
   #readPose(): void {
     const world = this.mesh.computeWorldMatrix(true);
     const pelvis = (this.#joints[0] as Joint).node;
-    const worldScale = decomposeRightHanded(world);
-    const [px, py, pz] = world.determinant() < 0 ? mirrored(pelvis, world) : placed(pelvis, world);
-    const atM = [px, py, pz];
-    for (let axis = 0; axis < 3; axis += 1) {
-      this.pose[axis] = (atM[axis] ?? 0) / worldScale - (this.#jointsM[axis] ?? 0);
-    }
+    const worldScale = turnRightHanded(world);
+    const { scale: avatarScale } = this.avatar;
+    Vector3.TransformCoordinatesToRef(pelvis.position, world, position);
+    // The loader turns glTF's handedness by mirroring z; mirrored back, the motion is the model's.
+    if (world.determinant() < 0) position.z = -position.z;
+    const [jointX = 0, jointY = 0, jointZ = 0] = this.#jointsM;
+    this.pose[0] = (position.x / worldScale - jointX) * avatarScale;
+    this.pose[1] = (position.y / worldScale - jointY) * avatarScale;
+    this.pose[2] = (position.z / worldScale - jointZ) * avatarScale;
     writeTurn(rotation.multiplyInPlace(localRotation(pelvis)), this.pose, 0);
     for (let joint = 1; joint < this.#joints.length; joint += 1) {
       const { node } = this.#joints[joint] as Joint;
       writeTurn(rotation.copyFrom(localRotation(node)), this.pose, joint);
     }
-    const reach = position.setAll(this.#reachM);
-    this.mesh
-      .getBoundingInfo()
-      .reConstruct(pelvis.position.subtract(reach), pelvis.position.add(reach), world);
+    const reach = scale.setAll(this.#reachM);
+    pelvis.position.subtractToRef(reach, this.#minimum);
+    pelvis.position.addToRef(reach, this.#maximum);
+    this.mesh.getBoundingInfo().reConstruct(this.#minimum, this.#maximum, world);
   }
 
   #copySurface(): void {
@@ -247,33 +259,28 @@ export class DynaSkin {
   }
 }
 
-function placed(node: TransformNode, world: Matrix): [number, number, number] {
-  Vector3.TransformCoordinatesToRef(node.position, world, position);
-  return [position.x, position.y, position.z];
-}
-
-/** The loader turns glTF's handedness by mirroring z; mirrored back, the motion is the model's. */
-function mirrored(node: TransformNode, world: Matrix): [number, number, number] {
-  const [x, y, z] = placed(node, world);
-  return [x, y, -z];
-}
-
 /** Writes the rotation of a matrix to `rotation`, z mirrored if need be; returns its scale. */
-function decomposeRightHanded(world: Matrix): number {
-  const m = world.clone();
-  if (m.determinant() < 0) m.multiplyToRef(Matrix.Scaling(1, 1, -1), m);
-  m.decompose(scale, rotation, position);
-  return Math.cbrt(Math.abs(world.determinant())) || 1;
+function turnRightHanded(world: Matrix): number {
+  const determinant = world.determinant();
+  matrix.copyFrom(world);
+  if (determinant < 0) matrix.multiplyToRef(MIRROR_Z, matrix);
+  matrix.decompose(scale, rotation, position);
+  return Math.cbrt(Math.abs(determinant)) || 1;
 }
 
 /** Writes a joint's rotation into a pose, at unit length. */
 function writeTurn(turn: Quaternion, pose: Pose, joint: number): void {
   const { x, y, z, w } = turn.normalize();
-  pose.set([x, y, z, w], 3 + joint * 4);
+  const at = 3 + joint * 4;
+  pose[at] = x;
+  pose[at + 1] = y;
+  pose[at + 2] = z;
+  pose[at + 3] = w;
 }
 
 function localRotation(node: TransformNode): Quaternion {
-  return node.rotationQuaternion ?? Quaternion.FromEulerVector(node.rotation);
+  if (node.rotationQuaternion) return node.rotationQuaternion;
+  return Quaternion.FromEulerVectorToRef(node.rotation, eulerRotation);
 }
 
 function findJoints(mesh: Mesh, names: RigOptions["boneNames"]): Joint[] {

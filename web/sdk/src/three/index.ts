@@ -26,7 +26,7 @@ import {
   reachM,
   restJointsOf,
   restOffsetM,
-  sameShape,
+  ShapeWatch,
   type TissueSource,
 } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
@@ -74,14 +74,16 @@ export class DynaSkin {
   readonly pose: Pose = new Float64Array(POSE_LENGTH);
   readonly #bones: Bone[];
   readonly #vertexMap: RigOptions["vertexMap"];
+  readonly #shapeWatch: ShapeWatch;
   readonly #geometry: BufferGeometry;
   readonly #skeleton: Skeleton;
   readonly #positions: BufferAttribute;
   readonly #normals: BufferAttribute;
   readonly #bounds = new Sphere();
   #original: Original | null;
-  #shape: Float32Array;
   #jointsM: Float32Array;
+  /** Of each joint against its parent at rest, metres. */
+  readonly #restOffsets = JOINT_NAMES.map(() => new Vector3());
   #reachM = 0;
 
   /**
@@ -109,7 +111,7 @@ export class DynaSkin {
       skeleton.bones,
       skeleton.boneInverses.map((inverse) => inverse.clone()),
     );
-    this.#shape = avatar.shape;
+    this.#shapeWatch = new ShapeWatch(avatar);
     this.#jointsM = restJointsOf(avatar);
     this.#original = {
       geometry,
@@ -160,7 +162,7 @@ export class DynaSkin {
     for (const [joint, bone] of this.#bones.entries()) {
       bone.quaternion.fromArray(pose, 3 + joint * 4);
     }
-    this.#bones[0]?.position.set(...restOffsetM(this.#jointsM, 0)).add(position.fromArray(pose, 0));
+    this.#bones[0]?.position.fromArray(this.#jointsM).add(position.fromArray(pose, 0));
   }
 
   /**
@@ -189,19 +191,16 @@ export class DynaSkin {
   }
 
   #followShape(): void {
-    const shape = this.avatar.shape;
-    if (sameShape(shape, this.#shape)) return;
-    const [x = 0, y = 0, z = 0] = this.#jointsM;
-    this.#shape = shape;
+    if (!this.#shapeWatch.changed()) return;
+    const before = new Vector3().fromArray(this.#jointsM);
     this.#jointsM = restJointsOf(this.avatar);
-    this.#movePelvis(position.set(x, y, z));
+    this.#movePelvis(before);
     this.#fitSkeleton();
   }
 
   /** Keeps the feet where they are when the pelvis of another shape is higher or lower. */
   #movePelvis(previousRestM: Vector3): void {
-    const before = previousRestM.clone();
-    this.#bones[0]?.position.add(scale.set(...restOffsetM(this.#jointsM, 0))).sub(before);
+    this.#bones[0]?.position.add(position.fromArray(this.#jointsM)).sub(previousRestM);
   }
 
   /** Distances, inverse bind matrices and bounds for the present shape. */
@@ -211,6 +210,7 @@ export class DynaSkin {
       const inverse = this.#skeleton.boneInverses[this.#skeleton.bones.indexOf(bone)];
       const [x = 0, y = 0, z = 0] = joints.subarray(joint * 3, joint * 3 + 3);
       inverse?.makeTranslation(-x, -y, -z);
+      this.#restOffsets[joint]?.set(...restOffsetM(joints, joint));
     }
     this.#placeBones();
     this.#reachM = reachM(this.avatar.positions, joints);
@@ -221,18 +221,23 @@ export class DynaSkin {
   /** A clip that was made for another shape moves the joints apart; the shape's distances hold. */
   #placeBones(): void {
     for (let joint = 1; joint < this.#bones.length; joint += 1) {
-      this.#bones[joint]?.position.set(...restOffsetM(this.#jointsM, joint));
+      this.#bones[joint]?.position.copy(this.#restOffsets[joint] ?? position);
     }
   }
 
-  /** Lengths are divided by the avatar's scale: a giant's tissue moves as if it were its own size. */
+  /**
+   * How large the body is, the scene says. Its lengths are brought to those that the avatar reckons
+   * in, so a giant's tissue moves as if it were its own size.
+   */
   #readPose(): void {
     const pelvis = this.#bones[0] as Bone;
     pelvis.updateWorldMatrix(true, false);
     pelvis.matrixWorld.decompose(position, quaternion, scale);
     const worldScale = Math.cbrt(Math.abs(pelvis.matrixWorld.determinant())) || 1;
+    const { scale: avatarScale } = this.avatar;
     for (let axis = 0; axis < 3; axis += 1) {
-      this.pose[axis] = position.getComponent(axis) / worldScale - (this.#jointsM[axis] ?? 0);
+      const bodyM = position.getComponent(axis) / worldScale - (this.#jointsM[axis] ?? 0);
+      this.pose[axis] = bodyM * avatarScale;
     }
     quaternion.normalize().toArray(this.pose, 3);
     for (let joint = 1; joint < this.#bones.length; joint += 1) {

@@ -5,9 +5,13 @@ import { toDynaSkinError } from "../error.js";
 import { load } from "../load.js";
 import {
   type Answer,
+  type AvatarState,
   buffersOf,
+  type Change,
+  copySurface,
+  type Failed,
   type Request,
-  type ShapeState,
+  type Settings,
   type SurfaceArrays,
 } from "./protocol.js";
 
@@ -22,21 +26,17 @@ let avatar: Avatar | null = null;
 scope.addEventListener("message", ({ data }) => {
   answer(data).catch((error: unknown) => {
     const { code, message } = toDynaSkinError(error);
-    const surface = data.type === "step" ? data.surface : undefined;
-    const failed: Answer = { type: "failed", during: data.type, code, message };
-    if (surface) failed.surface = surface;
-    scope.postMessage(failed, surface ? buffersOf(surface) : []);
+    const failed: Failed = { type: "failed", during: data.type, code, message };
+    const settings = avatar && settingsIfSound(avatar);
+    if (settings) failed.settings = settings;
+    if (data.type === "step") failed.surface = data.surface;
+    scope.postMessage(failed, failed.surface ? buffersOf(failed.surface) : []);
   });
 });
 
 async function answer(request: Request): Promise<void> {
   if (request.type === "load") {
-    const { model: folder, wasm, shape } = request;
-    const model = await load({ model: folder, ...(wasm && { wasm }) });
-    avatar = model.createAvatar(shape ? { shape } : {});
-    model.dispose();
-    const surface = copySurface(avatar);
-    scope.postMessage({ type: "ready", surface, ...shapeOf(avatar) }, buffersOf(surface));
+    await loadAvatar(request);
     return;
   }
   if (!avatar) throw new Error("The worker has no avatar.");
@@ -45,42 +45,84 @@ async function answer(request: Request): Promise<void> {
       const { pose, dtSeconds, surface } = request;
       avatar.step(pose, dtSeconds);
       fill(surface, avatar);
-      scope.postMessage({ type: "stepped", pose, surface }, [
+      const { timings } = avatar;
+      scope.postMessage({ type: "stepped", pose, surface, timings }, [
         ...buffersOf(surface),
         pose.buffer as ArrayBuffer,
       ]);
       return;
     }
-    case "shape": {
-      avatar.setShape(request.shape);
-      const surface = copySurface(avatar);
-      scope.postMessage({ type: "shaped", surface, ...shapeOf(avatar) }, buffersOf(surface));
+    case "change":
+      apply(request.change, avatar);
+      sendAll("changed", avatar);
+      return;
+    case "save": {
+      const bytes = avatar.save();
+      scope.postMessage({ type: "saved", bytes }, [bytes.buffer as ArrayBuffer]);
       return;
     }
-    case "strength":
-      avatar.strength = request.factor;
-      return;
-    case "dynamics":
-      avatar.dynamics = request.on;
-      return;
-    case "gain":
-      avatar.setRegionGain(request.region, request.factor);
-      return;
-    case "reset":
-      avatar.reset();
+    case "restore":
+      avatar.restore(request.state);
+      sendAll("restored", avatar);
   }
 }
 
-function shapeOf(source: Avatar): ShapeState {
-  return { shape: source.shape, restJointsM: restJointsOf(source) };
+async function loadAvatar({ model: folder, wasm, shape }: Request & { type: "load" }) {
+  const model = await load({
+    model: folder,
+    ...(wasm && { wasm }),
+    onProgress: (progress) => scope.postMessage({ type: "progress", progress }, []),
+  });
+  avatar = model.createAvatar(shape ? { shape } : {});
+  model.dispose();
+  sendAll("ready", avatar);
 }
 
-function copySurface({ offsets, positions, normals }: Avatar): SurfaceArrays {
-  return { offsets: offsets.slice(), positions: positions.slice(), normals: normals.slice() };
+function apply(change: Change, to: Avatar): void {
+  switch (change.what) {
+    case "shape":
+      to.setShape(change.shape);
+      return;
+    case "controls":
+      to.setControls(change.controls);
+      return;
+    case "scale":
+      to.scale = change.factor;
+      return;
+    case "dynamics":
+      to.dynamics = change.on;
+      return;
+    case "reset":
+      to.reset();
+  }
+}
+
+function sendAll(type: "ready" | "changed" | "restored", source: Avatar): void {
+  const surface = copySurface(source);
+  const state: AvatarState = {
+    shape: source.shape,
+    restJointsM: restJointsOf(source),
+    settings: settingsOf(source),
+  };
+  scope.postMessage({ type, surface, state }, buffersOf(surface));
+}
+
+function settingsOf({ controls, scale, dynamics }: Avatar): Settings {
+  return { controls, scale, dynamics };
+}
+
+/** None of an avatar whose core has crashed. */
+function settingsIfSound(source: Avatar): Settings | null {
+  try {
+    return settingsOf(source);
+  } catch {
+    return null;
+  }
 }
 
 function fill(surface: SurfaceArrays, source: Avatar): void {
   surface.offsets.set(source.offsets);
   surface.positions.set(source.positions);
   surface.normals.set(source.normals);
+  surface.skinMatrices.set(source.skinMatrices);
 }
