@@ -1,8 +1,19 @@
 // npm run test:consumers: packs the SDK, installs the tarball in applications made with the usual
 // tools, and opens each in Chromium. Needs the network once, so it is not part of npm test.
 // `npm run test:consumers -- build open` repeats only the named steps.
-import { cpSync, mkdirSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
+import { spawn } from "node:child_process";
+import { createHash } from "node:crypto";
+import {
+  cpSync,
+  existsSync,
+  mkdirSync,
+  readFileSync,
+  rmSync,
+  symlinkSync,
+  writeFileSync,
+} from "node:fs";
 import { join } from "node:path";
+import { pathToFileURL } from "node:url";
 import { CACHE, MODELS, ROOT, SDK } from "./lib/paths.mjs";
 import { main, run, say, step } from "./lib/run.mjs";
 import { serve } from "./lib/serve.mjs";
@@ -12,34 +23,51 @@ import { findChromium } from "./toolchain.mjs";
 const FOLDER = join(CACHE, "consumers");
 const TARBALL = join(FOLDER, "dynaskin.tgz");
 
+const NEXT = join(FOLDER, "next");
+const OUTPUTS = ["dist-vite", "dist-vite7", "dist-webpack", "dist-esbuild"];
+// Vite sets NODE_ENV for its own process, and Next would inherit it.
+const QUIET_NEXT = { NEXT_TELEMETRY_DISABLED: "1", NODE_ENV: "production" };
+
+const installed = (...path) => join(FOLDER, "node_modules", ...path);
 const node = (program, ...args) =>
-  run(process.execPath, [join(FOLDER, "node_modules", program), ...args], {
-    cwd: FOLDER,
-    quiet: true,
-  });
+  run(process.execPath, [installed(program), ...args], { cwd: FOLDER, quiet: true });
 const npm = (...args) => run("npm", args, { cwd: FOLDER, quiet: true });
 
 /** A fresh copy of tests/consumers with the packed SDK installed; its other packages are kept. */
 async function install() {
   mkdirSync(FOLDER, { recursive: true });
-  for (const old of ["dist-vite", "dist-webpack", "dist-esbuild", "models", "src", "types"]) {
+  for (const old of [...OUTPUTS, "models", "src", "types", "next"]) {
     rmSync(join(FOLDER, old), { recursive: true, force: true });
   }
   cpSync(join(ROOT, "tests", "consumers"), FOLDER, { recursive: true });
   symlinkSync(MODELS, join(FOLDER, "models"));
+  cpSync(MODELS, join(NEXT, "public", "models"), { recursive: true });
   const { output } = await run("npm", ["pack", "--pack-destination", FOLDER], {
     cwd: SDK,
     quiet: true,
   });
   cpSync(join(FOLDER, output.trim().split("\n").at(-1)), TARBALL);
-  await npm("install", "--no-audit", "--no-fund", "--omit=peer");
+  await installLocked();
   // The version stays the same between runs, so npm would keep an old copy.
-  rmSync(join(FOLDER, "node_modules", "dynaskin"), { recursive: true, force: true });
-  await npm("install", "--no-save", "--no-audit", "--no-fund", TARBALL);
+  rmSync(installed("dynaskin"), { recursive: true, force: true });
+  await npm("install", "--no-save", "--no-audit", "--no-fund", "--omit=peer", TARBALL);
+}
+
+/** What the lock file names, unless it is there from an earlier run. */
+async function installLocked() {
+  const lock = readFileSync(join(FOLDER, "package-lock.json"));
+  const key = createHash("sha256").update(lock).digest("hex");
+  const stamp = installed(".dynaskin-lock");
+  if (existsSync(stamp) && readFileSync(stamp, "utf8") === key) return;
+  await npm("ci", "--no-audit", "--no-fund", "--omit=peer");
+  writeFileSync(stamp, key);
 }
 
 /** What the registry's users check before they trust a package. */
 async function lint() {
+  for (const name of ["LICENSE-MIT", "LICENSE-APACHE", "README.md"]) {
+    if (!existsSync(installed("dynaskin", name))) throw new Error(`The package lacks ${name}.`);
+  }
   await node("publint/src/cli.js", "run", "node_modules/dynaskin", "--strict");
   await node(
     ...["@arethetypeswrong/cli/dist/index.js", TARBALL, "--profile", "esm-only"],
@@ -59,11 +87,8 @@ async function types() {
 }
 
 async function build() {
-  writeFileSync(
-    join(FOLDER, "vite.config.js"),
-    'export default { build: { outDir: "dist-vite", rolldownOptions: { input: ["index.html", "worker.html"] } }, base: "/dist-vite/" };\n',
-  );
   await node("vite/bin/vite.js", "build", "--logLevel", "warn");
+  await node("vite7/bin/vite.js", "build", "--logLevel", "warn", "-c", "vite7.config.js");
   await run(process.execPath, [join(FOLDER, "webpack.mjs")], { cwd: FOLDER, quiet: true });
   await node(
     ...["esbuild/bin/esbuild", "src/inline.js", "--bundle", "--format=esm", "--minify"],
@@ -79,6 +104,55 @@ async function build() {
       `<!doctype html><title>waiting</title><link rel="icon" href="data:,"><script type="module" src="${script}"></script>\n`,
     );
   }
+}
+
+/** The production build of an application whose pages are rendered on a server. */
+async function buildNext() {
+  await run(process.execPath, [installed("next", "dist", "bin", "next"), "build"], {
+    cwd: NEXT,
+    env: QUIET_NEXT,
+    quiet: true,
+  });
+}
+
+/** Serves what `buildNext` made. */
+async function startNext() {
+  const server = spawn(
+    process.execPath,
+    [installed("next", "dist", "bin", "next"), "start", "-p", "0", "-H", "127.0.0.1"],
+    { cwd: NEXT, env: { ...process.env, ...QUIET_NEXT }, stdio: ["ignore", "pipe", "inherit"] },
+  );
+  const url = await new Promise((found, failed) => {
+    server.on("exit", (code) => failed(new Error(`next start ended with ${code}.`)));
+    server.stdout.on("data", (text) => {
+      const [address] = /http:\/\/127\.0\.0\.1:\d+/.exec(String(text)) ?? [];
+      if (address) found(address);
+    });
+  });
+  return { url, close: () => server.kill() };
+}
+
+/** The page as the server sends it, before any script has run. */
+async function expectServerRendered(url) {
+  const html = await (await fetch(url)).text();
+  for (const sentence of [/dynaskin [\d.]+ knows \d+ motions/, /the adapter is a function/]) {
+    if (!sentence.test(html)) throw new Error(`Next's server did not render ${sentence}.`);
+  }
+}
+
+/** Vite's development server, of the version that is installed in `folder`. */
+async function viteDev(folder, port, config) {
+  const module = pathToFileURL(join(folder, "dist", "node", "index.js")).href;
+  const { createServer } = await import(module);
+  const server = await createServer({
+    root: FOLDER,
+    base: "/",
+    configFile: join(FOLDER, config),
+    server: { port, strictPort: true },
+    logLevel: "error",
+  });
+  await server.listen();
+  return { url: `http://localhost:${port}`, close: () => server.close() };
 }
 
 /** Opens a page and returns its title once the application has written it. */
@@ -106,28 +180,40 @@ async function openAll() {
   const { chromium } = await import("@playwright/test");
   const args = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"];
   const browser = await chromium.launch({ executablePath, args });
-  const files = await serve({ root: FOLDER });
-  const { createServer } = await import("vite");
-  const dev = await createServer({
-    root: FOLDER,
-    base: "/",
-    server: { port: 5194 },
-    logLevel: "error",
-  });
-  await dev.listen();
+  const servers = [];
+  const start = async (starting) => {
+    const server = await starting;
+    servers.push(server);
+    return server.url;
+  };
   try {
-    await open(browser, "import map", `${files.url}/importmap/index.html`);
-    await open(browser, "Vite build", `${files.url}/dist-vite/index.html`);
-    await open(browser, "Vite build, worker", `${files.url}/dist-vite/worker.html`);
-    await open(browser, "webpack", `${files.url}/webpack.html`);
-    await open(browser, "webpack, worker", `${files.url}/webpack-worker.html`);
-    await open(browser, "esbuild with dynaskin/inline", `${files.url}/esbuild.html`);
-    await open(browser, "Vite dev", "http://localhost:5194/index.html");
-    await open(browser, "Vite dev, worker", "http://localhost:5194/worker.html");
+    const files = await start(serve({ root: FOLDER }));
+    await open(browser, "import map", `${files}/importmap/index.html`);
+    for (const [tool, folder] of [
+      ["Vite 8 build", "dist-vite"],
+      ["Vite 7 build", "dist-vite7"],
+    ]) {
+      await open(browser, tool, `${files}/${folder}/index.html`);
+      await open(browser, `${tool}, worker`, `${files}/${folder}/worker.html`);
+    }
+    await open(browser, "webpack", `${files}/webpack.html`);
+    await open(browser, "webpack, worker", `${files}/webpack-worker.html`);
+    await open(browser, "esbuild with dynaskin/inline", `${files}/esbuild.html`);
+    for (const [tool, name, port, config] of [
+      ["Vite 8 dev", "vite", 5194, "vite.config.js"],
+      ["Vite 7 dev", "vite7", 5195, "vite7.config.js"],
+    ]) {
+      const dev = await start(viteDev(installed(name), port, config));
+      await open(browser, tool, `${dev}/index.html`);
+      await open(browser, `${tool}, worker`, `${dev}/worker.html`);
+    }
+    const next = await start(startNext());
+    await expectServerRendered(next);
+    await open(browser, "Next", next);
+    await open(browser, "Next, worker", `${next}/worker`);
   } finally {
-    await dev.close();
+    for (const server of servers) await server.close();
     await browser.close();
-    files.close();
   }
 }
 
@@ -137,6 +223,7 @@ const STEPS = [
   ["lint", "publint, are the types wrong, size-limit", lint],
   ["types", "Strict TypeScript applications", types],
   ["build", "Bundled", build],
+  ["next", "Built with Next", buildNext],
   ["open", "Opened in Chromium", openAll],
 ];
 

@@ -19,6 +19,10 @@ export async function buildSdk() {
       copyFileSync(join(WASM_OUT, name), join(dist, "wasm", name));
     }
   }
+  // npm packs nothing from outside the package's folder.
+  for (const name of ["LICENSE-MIT", "LICENSE-APACHE"]) {
+    copyFileSync(join(ROOT, name), join(SDK, name));
+  }
 }
 
 /** The core as a JavaScript module, for the entry `inline`; packed, or it would be 9 MB. */

@@ -1,21 +1,3 @@
-import { load, Motion } from "dynaskin";
-import { createWorkerAvatar } from "dynaskin/worker";
+import { showWorker } from "./show-worker.js";
 
-/** The worker's file and its WebAssembly must be found by the bundler too. */
-async function showWorker() {
-  const model = "/models/female/";
-  const motion = Motion.procedural("hop", (await load({ model })).createAvatar());
-  const avatar = await createWorkerAvatar({ model });
-  let largestM = 0;
-  for (let tick = 0; tick < 120; tick += 1) {
-    avatar.step(motion.poseAt(tick / 60), 1 / 60);
-    while (avatar.pending) await new Promise((done) => setTimeout(done));
-    for (const value of avatar.offsets) largestM = Math.max(largestM, Math.abs(value));
-  }
-  avatar.dispose();
-  document.title = `offset ${(largestM * 1000).toFixed(2)} mm`;
-}
-
-showWorker().catch((error) => {
-  document.title = `failed: ${error.code} ${error.message}`;
-});
+showWorker();

@@ -4,6 +4,8 @@
  *
  * @module
  */
+export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
+
 import type { Bone } from "@babylonjs/core/Bones/bone.js";
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
 import { BoundingInfo } from "@babylonjs/core/Culling/boundingInfo.js";
@@ -25,8 +27,6 @@ import {
 } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
 import { checkLength, JOINT_NAMES, POSE_LENGTH, type Pose } from "../pose.js";
-
-export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
 
 /** What the mesh was before, for {@link DynaSkin.dispose}. */
 interface Original {

@@ -32,7 +32,7 @@ interface Waiting<T> {
  *
  * It has what an `Avatar` has, but for `skinned()`. Settings read as they were set last; what the
  * worker refuses is taken back when it answers, and the next {@link step} throws why. Surface,
- * {@link shape} and {@link timings} are those of the worker's last answer.
+ * {@link WorkerAvatar.shape} and {@link WorkerAvatar.timings} are those of the worker's last answer.
  */
 export class WorkerAvatar implements RemoteAvatar {
   #worker: Worker | null;

@@ -8,13 +8,13 @@
  *
  * @module
  */
+export { WorkerAvatar } from "./avatar.js";
+
 import { DynaSkinError } from "../error.js";
 import { checkLength, SHAPE_LENGTH } from "../pose.js";
 import type { Progress } from "../source.js";
 import { brokenWorker, WorkerAvatar } from "./avatar.js";
 import type { Answer, Request } from "./protocol.js";
-
-export { WorkerAvatar } from "./avatar.js";
 
 /** How an avatar in a worker begins. */
 export interface WorkerAvatarOptions {

@@ -1,0 +1,5 @@
+import { WorkerHop } from "./worker-hop.jsx";
+
+export default function Page() {
+  return <WorkerHop />;
+}

@@ -1,0 +1,5 @@
+// For Vite 8, as it is but for the folders.
+export default {
+  base: "/dist-vite/",
+  build: { outDir: "dist-vite", rolldownOptions: { input: ["index.html", "worker.html"] } },
+};
