@@ -32,7 +32,7 @@ interface Waiting<T> {
  *
  * It has what an `Avatar` has, but for `skinned()`. Settings read as they were set last; what the
  * worker refuses is taken back when it answers, and the next {@link step} throws why. Surface,
- * {@link WorkerAvatar.shape} and {@link WorkerAvatar.timings} are those of the worker's last answer.
+ * `shape` and `timings` are those of the worker's last answer.
  */
 export class WorkerAvatar implements RemoteAvatar {
   #worker: Worker | null;
@@ -138,13 +138,13 @@ export class WorkerAvatar implements RemoteAvatar {
     return this.#shape;
   }
 
-  /** Rest positions of the 24 joints for {@link shape}: `[joint][x, y, z]` flattened, metres. */
+  /** Rest positions of the 24 joints for that shape: `[joint][x, y, z]` flattened, metres. */
   restJointsM(): Float32Array {
     return this.#restJointsM;
   }
 
   /**
-   * Gives the avatar another shape; {@link shape} and the surface change when the worker answers.
+   * Gives the avatar another shape; it and the surface change when the worker answers.
    *
    * @throws DynaSkinError `argument` for a wrong length; what the worker refuses, the next step throws
    */
