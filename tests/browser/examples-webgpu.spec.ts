@@ -1,4 +1,4 @@
-// The example that can draw with WebGPU; needs a display, see scripts/test.mjs.
+// The examples that can draw with WebGPU; needs a display, see scripts/test.mjs.
 import { expect, test } from "@playwright/test";
 import { expectTissue } from "./examples.js";
 
@@ -10,3 +10,6 @@ test("three.js with WebGPURenderer on WebGPU", async ({ page }) => {
     true,
   );
 });
+
+test("Babylon.js with WebGPUEngine", ({ page }) =>
+  expectTissue(page, "babylon/?engine=webgpu", "babylon-webgpu"));

@@ -1,5 +1,7 @@
 // dynaskin in Babylon.js: the glTF loader brings the body, DynaSkin moves its soft tissue.
+// ?engine=webgpu takes WebGPUEngine.
 import { ArcRotateCamera } from "@babylonjs/core/Cameras/arcRotateCamera.js";
+import type { AbstractEngine } from "@babylonjs/core/Engines/abstractEngine.js";
 import { Engine } from "@babylonjs/core/Engines/engine.js";
 import { DirectionalLight } from "@babylonjs/core/Lights/directionalLight.js";
 import { HemisphericLight } from "@babylonjs/core/Lights/hemisphericLight.js";
@@ -22,7 +24,20 @@ import "../src/shared/hook.js";
 const MODEL = new URL("../female/", location.href);
 const SHAPE = [0, 1.5, 0, 0, 0, 0, 0, 0, 0, 0];
 
-function createScene(engine: Engine): { scene: Scene; shadows: ShadowGenerator } {
+const WEBGPU = new URLSearchParams(location.search).get("engine") === "webgpu";
+
+async function createEngine(canvas: HTMLCanvasElement): Promise<AbstractEngine> {
+  if (!WEBGPU) return new Engine(canvas, true);
+  const { WebGPUEngine } = await import("@babylonjs/core/Engines/webgpuEngine.js");
+  if (!(await WebGPUEngine.IsSupportedAsync)) {
+    throw new Error("This browser has no WebGPU; leave ?engine=webgpu out.");
+  }
+  const engine = new WebGPUEngine(canvas, { antialias: true });
+  await engine.initAsync();
+  return engine;
+}
+
+function createScene(engine: AbstractEngine): { scene: Scene; shadows: ShadowGenerator } {
   const scene = new Scene(engine);
   scene.clearColor = new Color4(0.914, 0.902, 0.882, 1);
   const camera = new ArcRotateCamera("camera", 1.25, 1.45, 5, new Vector3(0, 1, 0), scene);
@@ -43,7 +58,7 @@ function createScene(engine: Engine): { scene: Scene; shadows: ShadowGenerator }
 
 async function main() {
   const canvas = document.querySelector("canvas") as HTMLCanvasElement;
-  const engine = new Engine(canvas, true);
+  const engine = await createEngine(canvas);
   const { scene, shadows } = createScene(engine);
   const [model, { meshes }] = await Promise.all([
     load({ model: MODEL }),
@@ -70,7 +85,7 @@ async function main() {
   });
   engine.runRenderLoop(() => scene.render());
   addEventListener("resize", () => engine.resize());
-  showNote("Babylon.js", avatar);
+  showNote(`Babylon.js, ${WEBGPU ? "WebGPU" : "WebGL2"}`, avatar);
 
   window.dynaskinExample = {
     avatar,
