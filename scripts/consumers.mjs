@@ -1,6 +1,7 @@
 // npm run test:consumers: packs the SDK, installs the tarball in applications made with the usual
 // tools, and opens each in Chromium. Needs the network once, so it is not part of npm test.
-// `npm run test:consumers -- build open` repeats only the named steps.
+// `npm run test:consumers -- build open` repeats only the named steps. The size limits are for the
+// WebAssembly that is published: run `npm run build` before.
 import { spawn } from "node:child_process";
 import { createHash } from "node:crypto";
 import {
@@ -51,6 +52,16 @@ async function install() {
   // The version stays the same between runs, so npm would keep an old copy.
   rmSync(installed("dynaskin"), { recursive: true, force: true });
   await npm("install", "--no-save", "--no-audit", "--no-fund", "--omit=peer", TARBALL);
+  writeReadmePage();
+}
+
+/** The first page of JavaScript in the package's README, as a reader would copy it. */
+function writeReadmePage() {
+  const readme = readFileSync(installed("dynaskin", "README.md"), "utf8");
+  const [, code] = /```js\n(.*?)```/s.exec(readme) ?? [];
+  if (!code) throw new Error("The package's README begins with no JavaScript.");
+  const watch = 'import { showLargest } from "./show.js";\nshowLargest(avatar);\n';
+  writeFileSync(join(FOLDER, "src", "readme.js"), code + watch);
 }
 
 /** What the lock file names, unless it is there from an earlier run. */
@@ -155,12 +166,13 @@ async function viteDev(folder, port, config) {
   return { url: `http://localhost:${port}`, close: () => server.close() };
 }
 
-/** Opens a page and returns its title once the application has written it. */
-async function titleOf(browser, url) {
+/** Opens a page and returns its title once the application has written it; keeps a picture. */
+async function titleOf(browser, name, url) {
   const page = await browser.newPage();
   try {
     await page.goto(url);
     await page.waitForFunction(() => document.title !== "waiting", null, { timeout: 60_000 });
+    await page.screenshot({ path: join(FOLDER, "pictures", `${name}.png`) });
     return await page.title();
   } finally {
     await page.close();
@@ -168,7 +180,7 @@ async function titleOf(browser, url) {
 }
 
 async function open(browser, name, url) {
-  const title = await titleOf(browser, url);
+  const title = await titleOf(browser, name, url);
   const offsetMm = Number(/^offset ([\d.]+) mm$/.exec(title)?.[1]);
   if (!(offsetMm > 1)) throw new Error(`${name}: ${title}`);
   say(`  ${name}: ${title}`);
@@ -195,6 +207,7 @@ async function openAll() {
     ]) {
       await open(browser, tool, `${files}/${folder}/index.html`);
       await open(browser, `${tool}, worker`, `${files}/${folder}/worker.html`);
+      await open(browser, `${tool}, README`, `${files}/${folder}/readme.html`);
     }
     await open(browser, "webpack", `${files}/webpack.html`);
     await open(browser, "webpack, worker", `${files}/webpack-worker.html`);

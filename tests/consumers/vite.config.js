@@ -1,5 +1,8 @@
 // For Vite 8, as it is but for the folders.
 export default {
   base: "/dist-vite/",
-  build: { outDir: "dist-vite", rolldownOptions: { input: ["index.html", "worker.html"] } },
+  build: {
+    outDir: "dist-vite",
+    rolldownOptions: { input: ["index.html", "worker.html", "readme.html"] },
+  },
 };

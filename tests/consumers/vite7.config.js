@@ -1,5 +1,7 @@
 // Vite 7's development server needs the one line that docs/troubleshooting.md names.
-const pages = ["index.html", "worker.html"].map((page) => `${import.meta.dirname}/${page}`);
+const pages = ["index.html", "worker.html", "readme.html"].map(
+  (page) => `${import.meta.dirname}/${page}`,
+);
 
 export default {
   base: "/dist-vite7/",

@@ -14,3 +14,13 @@ export async function show({ load, Motion }, options = {}) {
     document.title = `failed: ${error.code} ${error.message}`;
   }
 }
+
+/** Watches an avatar that a page moves by itself. */
+export async function showLargest(avatar) {
+  let largestM = 0;
+  for (let frame = 0; frame < 600 && largestM < 0.002; frame += 1) {
+    await new Promise(requestAnimationFrame);
+    for (const value of avatar.offsets) largestM = Math.max(largestM, Math.abs(value));
+  }
+  document.title = `offset ${(largestM * 1000).toFixed(2)} mm`;
+}
