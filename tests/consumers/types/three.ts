@@ -13,6 +13,11 @@ export async function start(mesh: SkinnedMesh): Promise<DynaSkin[]> {
   const same: typeof model = await loadInline({ model: new URL("https://example.org/female/") });
   const avatar: Avatar = same.createAvatar({ shape: new Float32Array(10) });
   const remote: WorkerAvatar = await createWorkerAvatar({ model: "/models/female/" });
+  remote.setControls("calm-clothes");
+  remote.setControls({ rootInertia: 0.5, regions: { belly: { limitCm: 2 } } });
+  remote.scale = remote.controls.strength;
+  await remote.restore(await remote.save());
+  await remote.whenAnswered();
   const pose: Pose = restPose();
   avatar.step(pose, 1 / 60);
   return [new DynaSkin(avatar, mesh), new DynaSkin(remote, mesh, { boneNames: { neck: "Neck" } })];

@@ -149,6 +149,26 @@ describe("DynaSkin in three.js", () => {
     avatar.dispose();
   });
 
+  it("reads the pose and shows the surface apart, for avatars that the page steps", async () => {
+    const [alone, apart] = [await loadBody(), await loadBody()];
+    const [one, other] = [model.createAvatar({ shape: SHAPE }), model.createAvatar()];
+    const [updated, split] = [new DynaSkin(one, alone.mesh), new DynaSkin(other, apart.mesh)];
+    other.setShape(SHAPE);
+    const motion = Motion.procedural("hop", one);
+    for (let tick = 0; tick < 90; tick += 1) {
+      for (const skin of [updated, split]) skin.writePose(motion.poseAt(tick / 60));
+      updated.update(1 / 60);
+      other.step(split.readPose(), 1 / 60);
+      split.show();
+    }
+    expect(largestOffset(other.offsets)).toBeGreaterThan(1e-3);
+    expect(largestDifference(drawnPositions(apart.mesh), drawnPositions(alone.mesh))).toBe(0);
+    for (const skin of [updated, split]) skin.dispose();
+    await expectError("disposed", () => split.readPose());
+    await expectError("disposed", () => split.show());
+    for (const part of [one, other, motion]) part.dispose();
+  });
+
   it("draws an avatar in a worker as one in the page, with its changes", async () => {
     const { mesh } = await loadBody();
     const here = model.createAvatar();

@@ -141,11 +141,33 @@ export class DynaSkin {
    * @throws DynaSkinError `disposed`, or what `Avatar.step` throws; the mesh then keeps its surface
    */
   update(deltaSeconds: number): void {
+    this.avatar.step(this.readPose(), Math.max(0, deltaSeconds));
+    this.show();
+  }
+
+  /**
+   * Reads the bones without moving the tissue, for pages that step avatars by themselves, such as many
+   * by one call. Then step the avatar to {@link DynaSkin.pose}, and {@link DynaSkin.show} it;
+   * {@link DynaSkin.update} is all three.
+   *
+   * @returns {@link DynaSkin.pose}
+   * @throws DynaSkinError `disposed`
+   */
+  readPose(): Pose {
     this.#assertAlive();
     this.#followShape();
     this.#placeBones();
     this.#readPose();
-    this.avatar.step(this.pose, Math.max(0, deltaSeconds));
+    return this.pose;
+  }
+
+  /**
+   * Hands the avatar's present surface to the mesh; see {@link DynaSkin.readPose}.
+   *
+   * @throws DynaSkinError `disposed`
+   */
+  show(): void {
+    this.#assertAlive();
     this.#writeSurface();
   }
 
