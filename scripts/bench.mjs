@@ -1,8 +1,10 @@
 // npm run bench: what one avatar-frame costs in WebAssembly, in Node and in Chromium, beside the
-// same two networks in onnxruntime-web in the same run; and how large the wasm files are.
+// same two networks in onnxruntime-web in the same run; what many avatars cost together; and how large
+// the wasm files are.
 import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
+import { measureCrowd } from "./bench/crowd.mjs";
 import { measure } from "./bench/measure.mjs";
 import { buildAll } from "./build.mjs";
 import { MODELS, ROOT, SDK } from "./lib/paths.mjs";
@@ -74,6 +76,28 @@ function printTable(columns) {
   say(`${"speed against onnxruntime-web".padEnd(34)}${columns.map(ratio).join("")}`);
 }
 
+async function crowds(model) {
+  return measureCrowd({
+    sdk: pathToFileURL(join(SDK, "dist", "index.js")).href,
+    model: pathToFileURL(join(MODELS, model, "/")).href,
+  });
+}
+
+function printCrowds(rows) {
+  const heads = ["per tick", "per avatar", "one by one", "ratio", "half detail"];
+  const stages = ["features", "predict", "decode", "apply", "matrices"];
+  const line = (cells) => say(cells.map((cell) => cell.padStart(12)).join(""));
+  line(["avatars", ...heads, ...stages]);
+  for (const { count, togetherMs, aloneMs, halfMs, stages: stageMs } of rows) {
+    const numbers = [togetherMs, togetherMs / count, aloneMs].map((ms) => ms.toFixed(3));
+    const ratio = `${(aloneMs / togetherMs).toFixed(2)}×`;
+    const parts = [halfMs, ...stageMs].map((ms) => ms.toFixed(3));
+    line([`${count}`, ...numbers, ratio, ...parts]);
+  }
+  const fifty = rows.find(({ count }) => count === 50)?.togetherMs ?? Number.NaN;
+  say(`50 avatars at 60 Hz: ${fifty.toFixed(1)} ms a tick of one thread (aim ≤ 10)`);
+}
+
 function printSizes() {
   say(`${"bytes".padEnd(34)}${"raw".padStart(12)}${"brotli".padStart(12)}`);
   for (const { name } of WASM_FILES) {
@@ -95,6 +119,11 @@ main(async () => {
       return results;
     });
     printTable(columns);
+    printCrowds(
+      await step(`Many avatars, ${model.name}: ms, medians of 100 ticks in Node`, () =>
+        crowds(model.name),
+      ),
+    );
   }
   say(`\n${bold("Wasm files")}`);
   printSizes();

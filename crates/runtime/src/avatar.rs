@@ -6,10 +6,12 @@ use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices};
 use glam::{Mat4, Vec3};
 
 use crate::RuntimeError;
-use crate::clock::{Advance, Settled, TickClock};
+use crate::clock::{Settled, TickClock};
 use crate::controls::{Controls, in_range};
+use crate::engine::{self, Engine};
+use crate::figure::Figure;
 use crate::model::Model;
-use crate::pose;
+use crate::presence::{Planned, Presence};
 use crate::skin;
 use crate::state::{Reader, Writer};
 use crate::surface::{Surface, VertexControls};
@@ -59,21 +61,25 @@ pub type Stopwatch<'a> = &'a mut dyn FnMut() -> f64;
 /// After an error the avatar is still good: the host can go on with the next pose.
 #[derive(Debug)]
 pub struct Avatar {
-    model: Arc<Model>,
-    shape: [f32; SHAPE_COUNT],
-    joints_rest_m: [Vec3; JOINT_COUNT],
-    surface: Surface,
-    clock: TickClock,
-    tissue: Option<Tissue>,
+    pub(crate) model: Arc<Model>,
+    pub(crate) figure: Arc<Figure>,
+    pub(crate) surface: Surface,
+    pub(crate) clock: TickClock,
+    pub(crate) tissue: Option<Tissue>,
+    /// Runs the networks where the avatar is stepped by itself; made with the first such step.
+    engine: Option<Box<Engine>>,
+    /// The step at hand.
+    pub(crate) planned: Planned,
+    pub(crate) presence: Presence,
     /// Whether the tissue must be settled before it can be ticked.
-    unsettled: bool,
-    enabled: bool,
+    pub(crate) unsettled: bool,
+    pub(crate) enabled: bool,
     /// Metres of the world in a metre of the body.
-    scale: f64,
+    pub(crate) scale: f64,
     controls: Controls,
     vertex_controls: Vec<VertexControls>,
-    skin: SkinMatrices,
-    skin_matrices: [Mat4; JOINT_COUNT],
+    pub(crate) skin: SkinMatrices,
+    pub(crate) skin_matrices: [Mat4; JOINT_COUNT],
     skinned_positions_m: Vec<Vec3>,
     skinned_normals: Vec<Vec3>,
 }
@@ -85,20 +91,19 @@ impl Avatar {
     /// [`RuntimeError::InvalidShape`]; [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]
     /// from running the networks at rest.
     pub fn new(model: Arc<Model>, shape: &[f32]) -> Result<Self, RuntimeError> {
-        let shape = checked_shape(shape)?;
-        let shaped = model.body().shaped(&shape);
+        let figure = model.figure(checked_shape(shape)?)?;
         let vertex_count = model.body().vertex_count();
-        let tissue = match model.networks() {
-            Some(networks) => Some(Tissue::new(networks, &shaped.joints_m, &shape)?),
-            None => None,
-        };
-        let skin = SkinMatrices::new(&Pose::REST, &shaped.joints_m);
+        let tissue = figure.rest.as_ref();
+        let tissue = tissue.map(|rest| Tissue::new(&figure, rest));
+        let skin = SkinMatrices::new(&Pose::REST, &figure.joints_rest_m);
         let mut avatar = Self {
-            surface: Surface::new(model.topology(), shaped.positions_m),
-            joints_rest_m: shaped.joints_m,
-            shape,
+            surface: Surface::new(&figure),
+            figure,
             clock: TickClock::default(),
             tissue,
+            engine: None,
+            planned: Planned::default(),
+            presence: Presence::default(),
             unsettled: true,
             enabled: true,
             scale: 1.0,
@@ -139,37 +144,18 @@ impl Avatar {
         dt_seconds: f64,
         stopwatch: Stopwatch<'_>,
     ) -> Result<StepReport, RuntimeError> {
-        let mut pose = pose::checked(pose)?;
-        pose.root_translation_m /= self.scale;
-        let pose = &pose;
-        TickClock::check(dt_seconds)?;
-        let mut seconds = StageSeconds::default();
-        let mut advance = self.clock.plan(pose, dt_seconds);
-        if self.unsettled && !matches!(advance, Advance::Settle(_)) {
-            advance = Advance::Settle(Settled::FirstPose);
+        self.plan(pose, dt_seconds)?;
+        let mut engine = self.engine.take();
+        if engine.is_none()
+            && let Some(networks) = self.model.networks()
+        {
+            engine = Some(Box::new(Engine::new(networks)?));
         }
-        if self.enabled {
-            let moved = self.advance_tissue(pose, dt_seconds, advance, &mut seconds, stopwatch);
-            if let Err(error) = moved {
-                // The state may be halfway between two ticks: start anew with the next pose.
-                self.reset();
-                return Err(error);
-            }
-        }
-        self.clock.commit(pose, dt_seconds, advance);
-        self.unsettled = !self.enabled;
-        let start = stopwatch();
-        self.skin = skin::scaled(pose, &self.joints_rest_m, self.scale);
-        self.skin_matrices = skin::matrices(&self.skin);
-        seconds.skin = stopwatch() - start;
-        let (ticks, settled) = match advance {
-            Advance::Settle(reason) => (0, Some(reason)),
-            Advance::Tick(ticks) => (ticks.count, None),
-        };
+        let stepped = engine::step(engine.as_deref_mut(), &mut [self], stopwatch);
+        self.engine = engine;
         Ok(StepReport {
-            ticks,
-            settled,
-            seconds,
+            seconds: stepped?,
+            ..self.report()
         })
     }
 
@@ -178,15 +164,12 @@ impl Avatar {
     /// # Errors
     /// As [`Self::new`]; the avatar keeps its shape.
     pub fn set_shape(&mut self, shape: &[f32]) -> Result<(), RuntimeError> {
-        let shape = checked_shape(shape)?;
-        let shaped = self.model.body().shaped(&shape);
+        let figure = self.model.figure(checked_shape(shape)?)?;
         if let Some(tissue) = &mut self.tissue {
-            tissue.set_shape(&shaped.joints_m, &shape)?;
+            tissue.set_figure(&figure);
         }
-        self.shape = shape;
-        self.joints_rest_m = shaped.joints_m;
-        self.surface
-            .set_still(self.model.topology(), shaped.positions_m);
+        self.surface.set_figure(self.model.topology(), &figure);
+        self.figure = figure;
         self.apply();
         Ok(())
     }
@@ -266,7 +249,7 @@ impl Avatar {
     /// [`Self::set_strength`] compares with and without tissue in mid-motion.
     pub fn set_enabled(&mut self, enabled: bool) {
         if self.enabled && !enabled {
-            self.surface.clear(self.model.topology());
+            self.surface.clear(&self.figure);
         }
         self.unsettled |= self.enabled != enabled;
         self.enabled = enabled;
@@ -290,12 +273,12 @@ impl Avatar {
 
     /// Shape coefficients β in standard deviations.
     pub fn shape(&self) -> &[f32; SHAPE_COUNT] {
-        &self.shape
+        &self.figure.shape
     }
 
     /// Rest joint positions of the shape, in metres.
     pub fn joints_rest_m(&self) -> &[Vec3; JOINT_COUNT] {
-        &self.joints_rest_m
+        &self.figure.joints_rest_m
     }
 
     /// Offsets of all vertices in the rest pose, in metres, after gains and limits.
@@ -338,21 +321,19 @@ impl Avatar {
 
     /// All that the avatar remembers: shape, scale, controls, clock and tissue. The same poses and
     /// time steps after [`Self::restore`] give the same numbers, bit by bit.
-    ///
-    /// # Errors
-    /// [`RuntimeError::Inference`] where the network's state cannot be read.
-    pub fn save(&self) -> Result<Vec<u8>, RuntimeError> {
+    /// The level of detail and visibility are the host's and not in it.
+    pub fn save(&self) -> Vec<u8> {
         let mut writer = Writer::new(&self.model);
-        writer.floats(&self.shape);
+        writer.floats(&self.figure.shape);
         writer.double(self.scale);
         self.controls.write(&mut writer);
         writer.flag(self.enabled);
         writer.flag(self.unsettled);
         self.clock.write(&mut writer);
         if let Some(tissue) = &self.tissue {
-            tissue.write(&mut writer)?;
+            tissue.write(&mut writer);
         }
-        Ok(writer.finish())
+        writer.finish()
     }
 
     /// Goes on from where [`Self::save`] was called, on this avatar or another of the same model.
@@ -371,13 +352,14 @@ impl Avatar {
         controls.check()?;
         let (enabled, unsettled) = (reader.flag()?, reader.flag()?);
         let clock = TickClock::read(&mut reader)?;
-        let memory = match &self.tissue {
-            Some(tissue) => {
+        let memory = match (&self.tissue, self.model.networks()) {
+            (Some(tissue), Some(networks)) => {
                 let joints_rest_m = self.model.body().shaped(&shape).joints_m;
                 let responds = !controls.responds_as_predicted();
-                Some(tissue.read(&mut reader, &joints_rest_m, responds)?)
+                let predictor = &networks.predictor;
+                Some(tissue.read(predictor, &mut reader, &joints_rest_m, responds)?)
             }
-            None => None,
+            _ => None,
         };
         reader.finish()?;
 
@@ -392,48 +374,20 @@ impl Avatar {
         }
         self.apply();
         if let Some(pose) = self.clock.pose() {
-            self.skin = skin::scaled(pose, &self.joints_rest_m, self.scale);
+            self.skin = skin::scaled(pose, &self.figure.joints_rest_m, self.scale);
             self.skin_matrices = skin::matrices(&self.skin);
         }
         Ok(())
     }
 
-    /// Ticks or settles the tissue and shows it.
-    fn advance_tissue(
-        &mut self,
-        pose: &Pose,
-        dt_seconds: f64,
-        advance: Advance,
-        seconds: &mut StageSeconds,
-        stopwatch: Stopwatch<'_>,
-    ) -> Result<(), RuntimeError> {
-        let Some(tissue) = &mut self.tissue else {
-            return Ok(());
-        };
-        match advance {
-            Advance::Settle(reason) => tissue.settle(pose, reason != Settled::FirstPose)?,
-            Advance::Tick(_) if dt_seconds == 0.0 => return Ok(()),
-            Advance::Tick(ticks) => tissue.tick(&self.clock, pose, ticks, seconds, stopwatch)?,
-        }
-        let start = stopwatch();
-        if let Advance::Tick(_) = advance {
-            let phase = self.clock.phase_after(dt_seconds, advance);
-            tissue.show(phase, dt_seconds)?;
-        }
-        let decoded = stopwatch();
-        self.apply();
-        seconds.decode += decoded - start;
-        seconds.apply = stopwatch() - decoded;
-        Ok(())
-    }
-
-    fn apply(&mut self) {
+    pub(crate) fn apply(&mut self) {
         if !self.enabled {
             return;
         }
         if let Some(tissue) = &self.tissue {
             self.surface.apply(
                 self.model.topology(),
+                &self.figure,
                 self.model.soft_vertices(),
                 tissue.shown_m(),
                 &self.vertex_controls,

@@ -49,6 +49,8 @@ pub enum Settled {
     Stall,
     /// The body jumped: see [`CUT_VELOCITY_CHANGE_M_S`], [`CUT_ANGULAR_VELOCITY_CHANGE_RAD_S`].
     Cut,
+    /// The avatar was asleep or out of sight.
+    Woken,
 }
 
 /// What a step asks the avatar to do.
@@ -72,6 +74,13 @@ pub(crate) struct Ticks {
 }
 
 impl Ticks {
+    /// None.
+    pub const NONE: Self = Self {
+        count: 0,
+        first: 0.0,
+        spacing: 0.0,
+    };
+
     /// Where tick `index` lies between the pose before (0) and the new pose (1).
     fn position(&self, index: usize) -> f64 {
         (self.first + self.spacing * index as f64).clamp(0.0, 1.0)
@@ -216,11 +225,7 @@ impl TickClock {
             return Advance::Settle(Settled::Stall);
         }
         if dt_seconds == 0.0 {
-            return Advance::Tick(Ticks {
-                count: 0,
-                first: 0.0,
-                spacing: 0.0,
-            });
+            return Advance::Tick(Ticks::NONE);
         }
         if let Some(velocity) = &self.velocity
             && velocity.cut(&Velocity::between(before, pose, dt_seconds))

@@ -177,6 +177,28 @@ pub enum RuntimeError {
         /// The step given, in seconds.
         got: f64,
     },
+    /// A distance is negative or not a number.
+    #[error("the distance to the camera is {got} m; give a number of metres from 0")]
+    InvalidDistance {
+        /// The distance given, in metres.
+        got: f64,
+    },
+    /// A level of detail that contradicts itself.
+    #[error("the level of detail's {field} is {got}; {expected}")]
+    InvalidLevelOfDetail {
+        /// The field.
+        field: &'static str,
+        /// What it should be.
+        expected: &'static str,
+        /// What it is.
+        got: f64,
+    },
+    /// A crowd was given avatars that it cannot step.
+    #[error("the crowd cannot be stepped: {problem}")]
+    InvalidCrowd {
+        /// What is wrong.
+        problem: String,
+    },
     /// Shape coefficients of the wrong number or size.
     #[error("the shape has {problem}; give {expected} finite coefficients between -5 and 5")]
     InvalidShape {
@@ -226,7 +248,11 @@ impl RuntimeError {
             Self::InvalidPose { .. } => "pose",
             Self::InvalidShape { .. } => "shape",
             Self::InvalidState { .. } => "state",
-            Self::InvalidTimeStep { .. } | Self::InvalidControl { .. } => "argument",
+            Self::InvalidTimeStep { .. }
+            | Self::InvalidDistance { .. }
+            | Self::InvalidLevelOfDetail { .. }
+            | Self::InvalidCrowd { .. }
+            | Self::InvalidControl { .. } => "argument",
         }
     }
 }

@@ -27,12 +27,16 @@ mod avatar;
 mod bundle;
 mod clock;
 mod controls;
+mod crowd;
+mod engine;
 mod error;
 pub mod features;
+mod figure;
 mod interpolate;
 mod model;
 mod onnx;
 mod pose;
+mod presence;
 mod response;
 mod skin;
 mod state;
@@ -47,9 +51,11 @@ pub use clock::{
     CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS, Settled,
 };
 pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, RegionControls};
+pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
 pub use error::{Network, RuntimeError};
 pub use model::Model;
 pub use onnx::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
+pub use presence::Detail;
 pub use state::STATE_VERSION;
 pub use surface::OFFSET_LIMIT_M;
 pub use tissue::FADE_SECONDS;

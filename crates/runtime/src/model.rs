@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use dynaskin_body::{BodyModel, REGION_COUNT};
+use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
 
 use crate::RuntimeError;
 use crate::bundle::{Bundle, field};
 use crate::controls::Controls;
+use crate::figure::{Figure, Figures};
 use crate::onnx::{Decoder, Predictor};
 use crate::response::{self, Mode};
 use crate::surface::{OFFSET_LIMIT_M, Topology, VertexControls};
@@ -21,6 +22,7 @@ pub struct Model {
     soft_vertices: Vec<u32>,
     /// Measured when first needed.
     modes: OnceLock<[Mode; REGION_COUNT]>,
+    figures: Figures,
 }
 
 #[derive(Debug)]
@@ -111,6 +113,7 @@ impl Model {
             }),
             soft_vertices,
             modes: OnceLock::new(),
+            figures: Figures::default(),
         })
     }
 
@@ -122,6 +125,7 @@ impl Model {
             networks: None,
             soft_vertices: Vec::new(),
             modes: OnceLock::new(),
+            figures: Figures::default(),
         }
     }
 
@@ -146,6 +150,11 @@ impl Model {
 
     pub(crate) fn topology(&self) -> &Topology {
         &self.topology
+    }
+
+    /// What avatars of the shape `shape` share.
+    pub(crate) fn figure(&self, shape: [f32; SHAPE_COUNT]) -> Result<Arc<Figure>, RuntimeError> {
+        self.figures.get(self, shape)
     }
 
     /// How the regions swing by themselves.

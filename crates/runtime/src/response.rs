@@ -25,9 +25,9 @@ use glam::DVec3;
 
 use crate::RuntimeError;
 use crate::controls::RegionControls;
+use crate::engine::Engine;
 use crate::features::InertialFeatures;
 use crate::model::Model;
-use crate::onnx::{DecoderSession, PredictorSession};
 use crate::tissue::settled;
 
 /// Length of the pulse that modes are measured with, in ticks: short beside the period of soft
@@ -123,8 +123,11 @@ pub(crate) fn modes(model: &Model) -> Result<[Mode; REGION_COUNT], RuntimeError>
     };
     let shape = [0.0; SHAPE_COUNT];
     let mut features = InertialFeatures::new(&body.shaped(&shape).joints_m, &shape);
-    let mut predictor = PredictorSession::new(networks.predictor.clone())?;
-    let mut decoder = DecoderSession::new(&networks.decoder)?;
+    let Engine {
+        mut predictor,
+        mut decoder,
+        ..
+    } = Engine::new(networks)?;
     let mut latent = vec![0.0; networks.bundle.latent_count];
     let standing = features.push(&Pose::REST);
     let mut state = settled(&mut predictor, standing, &mut latent)?;

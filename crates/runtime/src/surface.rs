@@ -3,6 +3,8 @@
 use dynaskin_body::BodyModel;
 use glam::Vec3;
 
+use crate::figure::Figure;
+
 /// No offset is longer than this, in metres, whatever the networks and controls say. Offsets up to
 /// half of it are left alone: tissue of an adult does not move further against its bones in any
 /// motion of the training data.
@@ -57,17 +59,33 @@ impl Topology {
             moving_vertices,
         }
     }
+
+    /// For a surface without offsets: sums over the still faces of area-weighted normals, and the
+    /// unit normals over all faces, per vertex.
+    pub fn still_normals(&self, positions_m: &[Vec3]) -> (Vec<Vec3>, Vec<Vec3>) {
+        let mut still = vec![Vec3::ZERO; positions_m.len()];
+        add_normals(&self.still_faces, positions_m, &mut still);
+        let mut normals: Vec<Vec3> = still.iter().map(|sum| sum.normalize_or(Vec3::Y)).collect();
+        self.update_normals(&still, positions_m, &mut normals);
+        (still, normals)
+    }
+
+    /// Unit normals of the vertices whose faces can have moved.
+    fn update_normals(&self, still: &[Vec3], positions_m: &[Vec3], normals: &mut [Vec3]) {
+        for &vertex in &self.moving_vertices {
+            normals[vertex as usize] = still[vertex as usize];
+        }
+        add_normals(&self.moving_faces, positions_m, normals);
+        for &vertex in &self.moving_vertices {
+            let normal = &mut normals[vertex as usize];
+            *normal = normal.normalize_or(Vec3::Y);
+        }
+    }
 }
 
 /// The surface of one avatar in the rest pose.
 #[derive(Debug)]
 pub(crate) struct Surface {
-    /// Positions without offsets, in metres.
-    still_positions_m: Vec<Vec3>,
-    /// Sums over the still faces of area-weighted normals, per vertex.
-    still_normals: Vec<Vec3>,
-    /// Scratch: sums over all faces.
-    normal_sums: Vec<Vec3>,
     pub offsets_m: Vec<Vec3>,
     pub positions_m: Vec<Vec3>,
     pub normals: Vec<Vec3>,
@@ -75,41 +93,22 @@ pub(crate) struct Surface {
 
 impl Surface {
     /// A surface without offsets.
-    pub fn new(topology: &Topology, still_positions_m: Vec<Vec3>) -> Self {
-        let count = still_positions_m.len();
-        let mut surface = Self {
-            still_positions_m: Vec::new(),
-            still_normals: vec![Vec3::ZERO; count],
-            normal_sums: vec![Vec3::ZERO; count],
-            offsets_m: vec![Vec3::ZERO; count],
-            positions_m: vec![Vec3::ZERO; count],
-            normals: vec![Vec3::Y; count],
-        };
-        surface.set_still(topology, still_positions_m);
-        surface
+    pub fn new(figure: &Figure) -> Self {
+        Self {
+            offsets_m: vec![Vec3::ZERO; figure.positions_m.len()],
+            positions_m: figure.positions_m.clone(),
+            normals: figure.normals.clone(),
+        }
     }
 
-    /// Changes the positions without offsets (as many as before).
-    pub fn set_still(&mut self, topology: &Topology, still_positions_m: Vec<Vec3>) {
-        self.still_positions_m = still_positions_m;
-        for (position, (still, offset)) in self
-            .positions_m
-            .iter_mut()
-            .zip(self.still_positions_m.iter().zip(&self.offsets_m))
-        {
+    /// Changes the figure (of as many vertices); the offsets stay.
+    pub fn set_figure(&mut self, topology: &Topology, figure: &Figure) {
+        let still = figure.positions_m.iter().zip(&self.offsets_m);
+        for (position, (still, offset)) in self.positions_m.iter_mut().zip(still) {
             *position = *still + *offset;
         }
-        self.still_normals.fill(Vec3::ZERO);
-        add_normals(
-            &topology.still_faces,
-            &self.positions_m,
-            &mut self.still_normals,
-        );
-        self.normal_sums.copy_from_slice(&self.still_normals);
-        for (normal, sum) in self.normals.iter_mut().zip(&self.normal_sums) {
-            *normal = sum.normalize_or(Vec3::Y);
-        }
-        self.update_normals(topology);
+        self.normals.copy_from_slice(&figure.normals);
+        self.update_normals(topology, figure);
     }
 
     /// Takes over `offsets_m` of `soft_vertices`, three numbers a vertex, times their gains, softly
@@ -117,6 +116,7 @@ impl Surface {
     pub fn apply(
         &mut self,
         topology: &Topology,
+        figure: &Figure,
         soft_vertices: &[u32],
         offsets_m: &[f32],
         controls: &[VertexControls],
@@ -129,31 +129,21 @@ impl Surface {
             );
             let idx = vertex as usize;
             self.offsets_m[idx] = offset_m;
-            self.positions_m[idx] = self.still_positions_m[idx] + offset_m;
+            self.positions_m[idx] = figure.positions_m[idx] + offset_m;
         }
-        self.update_normals(topology);
+        self.update_normals(topology, figure);
     }
 
     /// Takes all offsets away.
-    pub fn clear(&mut self, topology: &Topology) {
+    pub fn clear(&mut self, figure: &Figure) {
         self.offsets_m.fill(Vec3::ZERO);
-        self.positions_m.copy_from_slice(&self.still_positions_m);
-        self.update_normals(topology);
+        self.positions_m.copy_from_slice(&figure.positions_m);
+        self.normals.copy_from_slice(&figure.normals);
     }
 
     /// Area-weighted vertex normals, where faces can have moved.
-    fn update_normals(&mut self, topology: &Topology) {
-        for &vertex in &topology.moving_vertices {
-            self.normal_sums[vertex as usize] = self.still_normals[vertex as usize];
-        }
-        add_normals(
-            &topology.moving_faces,
-            &self.positions_m,
-            &mut self.normal_sums,
-        );
-        for &vertex in &topology.moving_vertices {
-            self.normals[vertex as usize] = self.normal_sums[vertex as usize].normalize_or(Vec3::Y);
-        }
+    fn update_normals(&mut self, topology: &Topology, figure: &Figure) {
+        topology.update_normals(&figure.still_normals, &self.positions_m, &mut self.normals);
     }
 }
 

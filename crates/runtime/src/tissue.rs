@@ -1,23 +1,23 @@
-//! The soft tissue of one avatar: features, predictor, decoder, response, and settling.
+//! The soft tissue of one avatar: what it remembers, and what happens to it before and after the
+//! networks run (which [`crate::engine`] does, for many avatars at once).
 
 use std::sync::Arc;
 
-use dynaskin_body::{JOINT_COUNT, Pose, SHAPE_COUNT};
+use dynaskin_body::{JOINT_COUNT, Pose};
 use glam::Vec3;
 
 use crate::RuntimeError;
-use crate::avatar::{StageSeconds, Stopwatch};
-use crate::clock::{TickClock, Ticks};
 use crate::controls::Controls;
 use crate::features::{InertialFeatures, Kinematics};
-use crate::model::{Model, Networks};
-use crate::onnx::{DecoderSession, PredictorSession, PredictorState};
+use crate::figure::{Figure, RestTissue};
+use crate::model::Model;
+use crate::onnx::{Predictor, PredictorSession, PredictorState};
 use crate::response::Response;
 use crate::state::{Reader, Writer};
 
 /// Most ticks of standing still until the tissue counts as settled: 2 s, after which tissue of
 /// adults has long come to rest.
-const MAX_SETTLE_TICKS: usize = 120;
+pub(crate) const MAX_SETTLE_TICKS: usize = 120;
 
 /// Settled is what changes by less than this fraction of the largest latent in one tick.
 const SETTLE_TOLERANCE: f32 = 1e-6;
@@ -29,19 +29,15 @@ pub const FADE_SECONDS: f64 = 0.2;
 #[derive(Debug)]
 pub(crate) struct Tissue {
     features: InertialFeatures,
-    predictor: PredictorSession,
-    decoder: DecoderSession,
     state: PredictorState,
     /// The latents of the last tick and of the one before.
     latent: Vec<f32>,
     latent_before: Vec<f32>,
-    /// What is decoded: between the two.
-    latent_shown: Vec<f32>,
+    /// What the decoder is given.
+    decoded: Vec<f32>,
     /// Offsets as decoded, three numbers a soft vertex, in metres.
     raw_m: Vec<f32>,
-    /// What the networks put out when the body stands in the rest pose for good. The surface there
-    /// is the plainly skinned one by definition, so this is their error, and is taken away.
-    rest_m: Vec<f32>,
+    figure: Arc<Figure>,
     /// Changes stiffness and damping; none while they are as predicted.
     response: Option<Response>,
     /// What is shown, three numbers a soft vertex, in metres: 0 at rest.
@@ -67,31 +63,21 @@ pub(crate) struct Memory {
 
 impl Tissue {
     /// Tissue that has come to rest in the rest pose.
-    pub fn new(
-        networks: &Networks,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-        shape: &[f32; SHAPE_COUNT],
-    ) -> Result<Self, RuntimeError> {
-        let latents = networks.bundle.latent_count;
-        let numbers = 3 * networks.bundle.vertices.len();
-        let mut tissue = Self {
-            features: InertialFeatures::new(joints_rest_m, shape),
-            state: networks.predictor.zero_state()?,
-            predictor: PredictorSession::new(Arc::clone(&networks.predictor))?,
-            decoder: DecoderSession::new(&networks.decoder)?,
-            latent: vec![0.0; latents],
-            latent_before: vec![0.0; latents],
-            latent_shown: vec![0.0; latents],
-            raw_m: vec![0.0; numbers],
-            rest_m: vec![0.0; numbers],
+    pub fn new(figure: &Arc<Figure>, rest: &RestTissue) -> Self {
+        let numbers = rest.offsets_m.len();
+        Self {
+            features: InertialFeatures::new(&figure.joints_rest_m, &figure.shape),
+            state: rest.state.clone(),
+            latent: rest.latent.clone(),
+            latent_before: rest.latent.clone(),
+            decoded: rest.latent.clone(),
+            raw_m: rest.offsets_m.clone(),
+            figure: Arc::clone(figure),
             response: None,
             shown_m: vec![0.0; numbers],
             faded_m: vec![0.0; numbers],
             fade_seconds: FADE_SECONDS,
-        };
-        tissue.measure_rest(joints_rest_m, shape)?;
-        tissue.raw_m.copy_from_slice(&tissue.rest_m);
-        Ok(tissue)
+        }
     }
 
     /// Offsets to show, three numbers a soft vertex, in metres; gains and limits are not in them.
@@ -122,47 +108,49 @@ impl Tissue {
     }
 
     /// Changes the body's shape; the motion goes on.
-    pub fn set_shape(
-        &mut self,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-        shape: &[f32; SHAPE_COUNT],
-    ) -> Result<(), RuntimeError> {
-        let rest_before_m = self.rest_m.clone();
-        if let Err(error) = self.measure_rest(joints_rest_m, shape) {
-            self.rest_m = rest_before_m;
-            return Err(error);
-        }
-        self.features.set_shape(joints_rest_m, shape);
+    pub fn set_figure(&mut self, figure: &Arc<Figure>) {
+        self.features
+            .set_shape(&figure.joints_rest_m, &figure.shape);
+        let before = std::mem::replace(&mut self.figure, Arc::clone(figure));
         if self.response.is_none() {
             // The networks' error at rest differs from shape to shape: let the difference fade.
             let left = self.fade_left();
-            let rests = self.rest_m.iter().zip(&rest_before_m);
+            let rests = rest_m(&self.figure).iter().zip(rest_m(&before));
             for (faded, (now, before)) in self.faded_m.iter_mut().zip(rests) {
                 *faded = left * *faded + now - before;
             }
             self.fade_seconds = 0.0;
         }
-        Ok(())
     }
 
-    /// The tissue after standing in `pose` for long; shows it at once, or, where it is to `fade`,
-    /// as the end of a short way from what is shown now.
-    pub fn settle(&mut self, pose: &Pose, fade: bool) -> Result<(), RuntimeError> {
+    /// Gets ready to run ticks of standing in `pose`, from the rest pose.
+    pub fn begin_settling(&mut self, pose: &Pose) {
         self.features.reset();
         // One pose of history and no more: the body may be moving, and an acceleration from
         // standstill to its speed would be a blow.
-        let features = self.features.push(pose);
-        self.state = settled(&mut self.predictor, features, &mut self.latent)?;
-        self.latent_before.copy_from_slice(&self.latent);
-        self.decoder.decode(&self.latent, &mut self.raw_m)?;
-        std::mem::swap(&mut self.faded_m, &mut self.shown_m);
-        for (shown, (raw, rest)) in self
-            .shown_m
-            .iter_mut()
-            .zip(self.raw_m.iter().zip(&self.rest_m))
-        {
-            *shown = raw - rest;
+        self.features.push(pose);
+        if let Some(rest) = &self.figure.rest {
+            self.state.clone_from(&rest.state);
+            self.latent.copy_from_slice(&rest.latent);
         }
+    }
+
+    /// Whether the last of those ticks changed nothing.
+    pub fn has_settled(&self) -> bool {
+        still(&self.latent_before, &self.latent)
+    }
+
+    /// Takes the latent of the last tick as that of standing in the pose for long.
+    pub fn settle(&mut self) {
+        self.latent_before.copy_from_slice(&self.latent);
+        self.decoded.copy_from_slice(&self.latent);
+    }
+
+    /// Shows what was decoded after [`Self::settle`]: at once, or, where it is to `fade`, as the end
+    /// of a short way from what is shown now.
+    pub fn show_settled(&mut self, fade: bool) {
+        std::mem::swap(&mut self.faded_m, &mut self.shown_m);
+        self.take_decoded();
         if let Some(response) = &mut self.response {
             response.settle(&self.shown_m);
             response.show(1.0, &mut self.shown_m);
@@ -175,57 +163,115 @@ impl Tissue {
             }
             self.add_faded();
         }
-        Ok(())
     }
 
-    /// Runs the ticks of a step from the clock's pose to `pose`.
-    pub fn tick(
-        &mut self,
-        clock: &TickClock,
-        pose: &Pose,
-        ticks: Ticks,
-        seconds: &mut StageSeconds,
-        stopwatch: Stopwatch<'_>,
-    ) -> Result<(), RuntimeError> {
-        for index in 0..ticks.count {
-            let start = stopwatch();
-            let features = self.features.push(&clock.pose_of_tick(ticks, index, pose));
-            let predicted_from = stopwatch();
-            std::mem::swap(&mut self.latent, &mut self.latent_before);
-            self.predictor
-                .step(features, &mut self.state, &mut self.latent)?;
-            let end = stopwatch();
-            seconds.features += predicted_from - start;
-            seconds.predict += end - predicted_from;
-            if let Some(response) = &mut self.response {
-                self.decoder.decode(&self.latent, &mut self.raw_m)?;
-                response.push(&self.raw_m, &self.rest_m);
-                seconds.decode += stopwatch() - end;
-            }
+    /// Computes the features of a tick at which the body takes `pose`.
+    pub fn feel(&mut self, pose: &Pose) {
+        self.features.push(pose);
+    }
+
+    /// The features of the tick to come.
+    pub fn features(&self) -> &[f32] {
+        self.features.values()
+    }
+
+    /// The predictor's state.
+    pub fn state(&self) -> &[f32] {
+        self.state.numbers()
+    }
+
+    /// The predictor's state, to be moved on.
+    pub fn state_mut(&mut self) -> &mut [f32] {
+        self.state.numbers_mut()
+    }
+
+    /// Makes the last latent the one before; the next goes where [`Self::latent_mut`] says.
+    pub fn begin_tick(&mut self) {
+        std::mem::swap(&mut self.latent, &mut self.latent_before);
+    }
+
+    /// The last latent.
+    pub fn latent_mut(&mut self) -> &mut [f32] {
+        &mut self.latent
+    }
+
+    /// Whether the response must see the offsets of every tick; if so, they are decoded next.
+    pub fn begin_response(&mut self) -> bool {
+        if self.response.is_some() {
+            self.decoded.copy_from_slice(&self.latent);
         }
-        Ok(())
+        self.response.is_some()
     }
 
-    /// Shows what lies `phase` (0..1) from the tick before the last to the last, `dt_seconds` after
-    /// what was shown before.
-    pub fn show(&mut self, phase: f64, dt_seconds: f64) -> Result<(), RuntimeError> {
+    /// Lets the response see the tick's offsets.
+    pub fn respond(&mut self) {
+        if let Some(response) = &mut self.response {
+            response.push(&self.raw_m, rest_m(&self.figure));
+        }
+    }
+
+    /// Gets ready to show what lies `phase` (0..1) from the tick before the last to the last.
+    /// Whether it has to be decoded.
+    pub fn begin_showing(&mut self, phase: f64) -> bool {
         let phase = phase as f32;
         if let Some(response) = &self.response {
             response.show(phase, &mut self.shown_m);
-        } else {
-            let latents = self.latent_before.iter().zip(&self.latent);
-            for (shown, (before, last)) in self.latent_shown.iter_mut().zip(latents) {
-                *shown = before + phase * (last - before);
-            }
-            self.decoder.decode(&self.latent_shown, &mut self.raw_m)?;
-            let decoded = self.raw_m.iter().zip(&self.rest_m);
-            for (shown, (raw, rest)) in self.shown_m.iter_mut().zip(decoded) {
-                *shown = raw - rest;
-            }
+            return false;
+        }
+        let latents = self.latent_before.iter().zip(&self.latent);
+        for (shown, (before, last)) in self.decoded.iter_mut().zip(latents) {
+            *shown = before + phase * (last - before);
+        }
+        true
+    }
+
+    /// Shows it, `dt_seconds` after what was shown before.
+    pub fn show(&mut self, dt_seconds: f64) {
+        if self.response.is_none() {
+            self.take_decoded();
         }
         self.fade_seconds = (self.fade_seconds + dt_seconds).min(FADE_SECONDS);
         self.add_faded();
-        Ok(())
+    }
+
+    /// What the decoder is given.
+    pub fn decoder_input(&self) -> &[f32] {
+        &self.decoded
+    }
+
+    /// Where the decoder writes.
+    pub fn decoder_output(&mut self) -> &mut [f32] {
+        &mut self.raw_m
+    }
+
+    /// Begins to let what is shown give way to nothing.
+    pub fn begin_fading_out(&mut self) {
+        self.faded_m.copy_from_slice(&self.shown_m);
+        self.fade_seconds = 0.0;
+    }
+
+    /// Goes on with that. Whether anything changed.
+    pub fn fade_out(&mut self, dt_seconds: f64) -> bool {
+        if self.fade_seconds >= FADE_SECONDS {
+            return false;
+        }
+        self.fade_seconds = (self.fade_seconds + dt_seconds).min(FADE_SECONDS);
+        self.shown_m.fill(0.0);
+        self.add_faded();
+        true
+    }
+
+    /// Shows nothing.
+    pub fn clear(&mut self) {
+        self.shown_m.fill(0.0);
+        self.fade_seconds = FADE_SECONDS;
+    }
+
+    fn take_decoded(&mut self) {
+        let decoded = self.raw_m.iter().zip(rest_m(&self.figure));
+        for (shown, (raw, rest)) in self.shown_m.iter_mut().zip(decoded) {
+            *shown = raw - rest;
+        }
     }
 
     /// Adds what is left of the offsets from before a cut.
@@ -245,9 +291,9 @@ impl Tissue {
     }
 
     /// Adds what the tissue remembers to a saved state.
-    pub fn write(&self, writer: &mut Writer) -> Result<(), RuntimeError> {
+    pub fn write(&self, writer: &mut Writer) {
         self.features.write(writer);
-        self.state.write(writer)?;
+        self.state.write(writer);
         for numbers in [
             &self.latent,
             &self.latent_before,
@@ -262,13 +308,13 @@ impl Tissue {
                 writer.floats(numbers);
             }
         }
-        Ok(())
     }
 
     /// What a saved state says, for [`Self::remember`]. `responds` tells whether the saved controls
     /// change stiffness or damping.
     pub fn read(
         &self,
+        predictor: &Predictor,
         reader: &mut Reader<'_>,
         joints_rest_m: &[Vec3; JOINT_COUNT],
         responds: bool,
@@ -276,7 +322,7 @@ impl Tissue {
         let (latents, numbers) = (self.latent.len(), self.shown_m.len());
         Ok(Memory {
             past: InertialFeatures::read_past(reader, joints_rest_m)?,
-            state: self.predictor.predictor().read_state(reader)?,
+            state: predictor.read_state(reader)?,
             latents: [reader.floats(latents)?, reader.floats(latents)?],
             shown_m: reader.floats(numbers)?,
             faded_m: reader.floats(numbers)?,
@@ -302,39 +348,37 @@ impl Tissue {
             [response.inputs_m, response.outputs_m] = saved;
         }
     }
+}
 
-    /// Finds [`Self::rest_m`] for a shape.
-    fn measure_rest(
-        &mut self,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-        shape: &[f32; SHAPE_COUNT],
-    ) -> Result<(), RuntimeError> {
-        let mut features = InertialFeatures::new(joints_rest_m, shape);
-        let standing = features.push(&Pose::REST);
-        settled(&mut self.predictor, standing, &mut self.latent_shown)?;
-        self.decoder.decode(&self.latent_shown, &mut self.rest_m)
-    }
+fn rest_m(figure: &Figure) -> &[f32] {
+    figure.rest.as_ref().map_or(&[], |rest| &rest.offsets_m)
 }
 
 /// Feeds the same `features` until the latent stays; gives the state and fills `latent`.
+///
+/// # Errors
+/// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`].
 pub(crate) fn settled(
     predictor: &mut PredictorSession,
     features: &[f32],
     latent: &mut [f32],
 ) -> Result<PredictorState, RuntimeError> {
-    let mut state = predictor.predictor().zero_state()?;
+    let mut state = predictor.predictor().zero_state();
     let mut before = vec![0.0_f32; latent.len()];
     for _ in 0..MAX_SETTLE_TICKS {
         before.copy_from_slice(latent);
         predictor.step(features, &mut state, latent)?;
-        let size = latent.iter().fold(0.0_f32, |size, x| size.max(x.abs()));
-        let change = latent
-            .iter()
-            .zip(&before)
-            .fold(0.0_f32, |change, (a, b)| change.max((a - b).abs()));
-        if change <= SETTLE_TOLERANCE * size {
+        if still(&before, latent) {
             break;
         }
     }
     Ok(state)
+}
+
+/// Whether a latent has stopped changing.
+fn still(before: &[f32], latent: &[f32]) -> bool {
+    let size = latent.iter().fold(0.0_f32, |size, x| size.max(x.abs()));
+    let changes = latent.iter().zip(before);
+    let change = changes.fold(0.0_f32, |change, (a, b)| change.max((a - b).abs()));
+    change <= SETTLE_TOLERANCE * size
 }

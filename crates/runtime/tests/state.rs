@@ -59,13 +59,13 @@ fn a_restored_avatar_goes_on_bit_by_bit() {
         saved.set_controls(&controls).unwrap();
         saved.set_scale(2.0).unwrap();
         step(&mut saved, 0, 50);
-        let bytes = saved.save().unwrap();
+        let bytes = saved.save();
         // Onto an avatar that is of another shape and in another motion.
         let mut restored = Avatar::new(support::model(), &[0.0; 10]).unwrap();
         step(&mut restored, 70, 20);
         restored.restore(&bytes).unwrap();
         assert_same_bits(&saved, &restored);
-        assert_eq!(restored.save().unwrap(), bytes);
+        assert_eq!(restored.save(), bytes);
         step(&mut saved, 50, 100);
         step(&mut restored, 50, 100);
         assert_same_bits(&saved, &restored);
@@ -81,7 +81,7 @@ fn a_state_in_the_middle_of_a_fade_goes_on() {
     assert!(saved.step(&far, 1.0 / 60.0).unwrap().settled.is_some());
     saved.step(&far, 1.0 / 60.0).unwrap();
     let mut restored = avatar();
-    restored.restore(&saved.save().unwrap()).unwrap();
+    restored.restore(&saved.save()).unwrap();
     for _ in 0..30 {
         saved.step(&far, 1.0 / 60.0).unwrap();
         restored.step(&far, 1.0 / 60.0).unwrap();
@@ -93,7 +93,7 @@ fn a_state_in_the_middle_of_a_fade_goes_on() {
 fn bytes_that_were_changed_or_belong_elsewhere_are_refused() {
     let mut avatar = avatar();
     step(&mut avatar, 0, 50);
-    let bytes = avatar.save().unwrap();
+    let bytes = avatar.save();
     let mut other = Avatar::new(
         model_of(support::Size {
             latents: 5,
@@ -135,7 +135,7 @@ fn controls_come_back_with_the_state() {
     controls.regions[Region::Calves as usize].gain = 0.25;
     saved.set_controls(&controls).unwrap();
     let mut restored = avatar();
-    restored.restore(&saved.save().unwrap()).unwrap();
+    restored.restore(&saved.save()).unwrap();
     assert_eq!(restored.controls(), &controls);
     assert!(matches!(
         restored.restore(b"short"),

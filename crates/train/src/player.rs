@@ -66,7 +66,7 @@ impl Player {
     pub fn play(&mut self, features: &[f32]) -> Result<Vec<f32>, TrainError> {
         let frames = features.len() / self.features.max(1);
         let mut offsets_m = vec![0.0; frames * 3 * self.vertices];
-        let mut state = self.predictor.predictor().zero_state()?;
+        let mut state = self.predictor.predictor().zero_state();
         let mut latent = vec![0.0; self.latents];
         for (features, offsets_m) in features
             .chunks_exact(self.features)

@@ -1,9 +1,11 @@
 //! Avatars.
 
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use dynaskin_body::Region;
-use dynaskin_runtime::{Avatar, Controls, Model, Settled, StepReport};
+use dynaskin_runtime::{Avatar, Controls, Detail, Model, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
 use crate::controls;
@@ -15,13 +17,13 @@ use crate::pose;
 #[wasm_bindgen]
 extern "C" {
     #[wasm_bindgen(js_namespace = performance, js_name = now)]
-    fn now_ms() -> f64;
+    pub(crate) fn now_ms() -> f64;
 }
 
 /// One body, stepped by its host.
 #[wasm_bindgen]
 pub struct CoreAvatar {
-    avatar: Avatar,
+    pub(crate) avatar: Rc<RefCell<Avatar>>,
     report: Option<StepReport>,
     enabled: bool,
 }
@@ -31,7 +33,7 @@ impl CoreAvatar {
         let avatar = Avatar::new(Arc::clone(model), shape).map_err(Thrown::from)?;
         Ok(Self {
             enabled: avatar.model().bundle().is_some(),
-            avatar,
+            avatar: Rc::new(RefCell::new(avatar)),
             report: None,
         })
     }
@@ -47,6 +49,7 @@ impl CoreAvatar {
         let pose = pose::from_numbers(pose)?;
         let report = self
             .avatar
+            .borrow_mut()
             .step_timed(&pose, dt_seconds, &mut || 1e-3 * now_ms())
             .map_err(Thrown::from)?;
         self.report = Some(report);
@@ -55,11 +58,12 @@ impl CoreAvatar {
 
     /// Skins positions and normals on the CPU.
     pub fn skin(&mut self) {
-        self.avatar.skin();
+        self.avatar.borrow_mut().skin();
     }
 
     /// Of the last step: ticks, then milliseconds for features, predict, decode and apply; then
-    /// why the tissue was settled anew: 0 it was not, 1 first pose, 2 stall, 3 cut.
+    /// why the tissue was settled anew: 0 it was not, 1 first pose, 2 stall, 3 cut,
+    /// 4 woken. A step of a crowd does not count.
     pub fn timings(&self) -> Vec<f64> {
         self.report.map_or_else(
             || vec![0.0; 6],
@@ -76,6 +80,7 @@ impl CoreAvatar {
                         Some(Settled::FirstPose) => 1.0,
                         Some(Settled::Stall) => 2.0,
                         Some(Settled::Cut) => 3.0,
+                        Some(Settled::Woken) => 4.0,
                     },
                 ]
             },
@@ -84,7 +89,7 @@ impl CoreAvatar {
 
     /// Shape coefficients in standard deviations.
     pub fn shape(&self) -> Vec<f32> {
-        self.avatar.shape().to_vec()
+        self.avatar.borrow().shape().to_vec()
     }
 
     /// Changes the shape.
@@ -93,7 +98,11 @@ impl CoreAvatar {
     /// Throws `shape`.
     #[wasm_bindgen(js_name = setShape)]
     pub fn set_shape(&mut self, shape: &[f32]) -> Result<(), JsValue> {
-        Ok(self.avatar.set_shape(shape).map_err(Thrown::from)?)
+        Ok(self
+            .avatar
+            .borrow_mut()
+            .set_shape(shape)
+            .map_err(Thrown::from)?)
     }
 
     /// Whether the networks run; never for a body without them.
@@ -105,14 +114,14 @@ impl CoreAvatar {
     /// Switches the networks on or off.
     #[wasm_bindgen(setter)]
     pub fn set_dynamics(&mut self, on: bool) {
-        self.enabled = on && self.avatar.model().bundle().is_some();
-        self.avatar.set_enabled(on);
+        self.enabled = on && self.avatar.borrow().model().bundle().is_some();
+        self.avatar.borrow_mut().set_enabled(on);
     }
 
     /// Factor on all offsets.
     #[wasm_bindgen(getter)]
     pub fn strength(&self) -> f32 {
-        self.avatar.controls().strength
+        self.avatar.borrow().controls().strength
     }
 
     /// Sets the factor on all offsets.
@@ -121,7 +130,11 @@ impl CoreAvatar {
     /// Throws `argument`.
     #[wasm_bindgen(setter)]
     pub fn set_strength(&mut self, strength: f32) -> Result<(), JsValue> {
-        Ok(self.avatar.set_strength(strength).map_err(Thrown::from)?)
+        Ok(self
+            .avatar
+            .borrow_mut()
+            .set_strength(strength)
+            .map_err(Thrown::from)?)
     }
 
     /// Sets the factor on the offsets of the region number `region`.
@@ -131,13 +144,13 @@ impl CoreAvatar {
     #[wasm_bindgen(js_name = setRegionGain)]
     pub fn set_region_gain(&mut self, region: usize, gain: f32) -> Result<(), JsValue> {
         let region = *Region::ALL.get(region).ok_or_else(|| no_region(region))?;
-        let set = self.avatar.set_region_gain(region, gain);
+        let set = self.avatar.borrow_mut().set_region_gain(region, gain);
         Ok(set.map_err(Thrown::from)?)
     }
 
     /// Strength, root inertia, then gain, stiffness, damping and limit (metres) of each region.
     pub fn controls(&self) -> Vec<f32> {
-        controls::to_numbers(self.avatar.controls())
+        controls::to_numbers(self.avatar.borrow().controls())
     }
 
     /// Sets all controls, in the order of [`Self::controls`].
@@ -147,7 +160,11 @@ impl CoreAvatar {
     #[wasm_bindgen(js_name = setControls)]
     pub fn set_controls(&mut self, numbers: &[f32]) -> Result<(), JsValue> {
         let controls = controls::from_numbers(numbers)?;
-        Ok(self.avatar.set_controls(&controls).map_err(Thrown::from)?)
+        Ok(self
+            .avatar
+            .borrow_mut()
+            .set_controls(&controls)
+            .map_err(Thrown::from)?)
     }
 
     /// The controls called `name`: `as-predicted` or `calm-clothes`.
@@ -169,7 +186,7 @@ impl CoreAvatar {
     /// Metres of the world in a metre of the body.
     #[wasm_bindgen(getter)]
     pub fn scale(&self) -> f64 {
-        self.avatar.scale()
+        self.avatar.borrow().scale()
     }
 
     /// Sets the scale.
@@ -178,20 +195,71 @@ impl CoreAvatar {
     /// Throws `argument`.
     #[wasm_bindgen(setter)]
     pub fn set_scale(&mut self, scale: f64) -> Result<(), JsValue> {
-        Ok(self.avatar.set_scale(scale).map_err(Thrown::from)?)
+        Ok(self
+            .avatar
+            .borrow_mut()
+            .set_scale(scale)
+            .map_err(Thrown::from)?)
+    }
+
+    /// How much work the tissue is worth: 0 none, 1 half, 2 full.
+    #[wasm_bindgen(getter)]
+    pub fn detail(&self) -> u8 {
+        self.avatar.borrow().detail() as u8
+    }
+
+    /// Sets that.
+    ///
+    /// # Errors
+    /// Throws `argument` for another number.
+    #[wasm_bindgen(setter)]
+    pub fn set_detail(&mut self, detail: u8) -> Result<(), JsValue> {
+        let detail = match detail {
+            0 => Detail::Asleep,
+            1 => Detail::Half,
+            2 => Detail::Full,
+            _ => return Err(Thrown::argument(format!("There is no detail {detail}.")).into()),
+        };
+        self.avatar.borrow_mut().set_detail(detail);
+        Ok(())
+    }
+
+    /// Whether anybody sees the avatar.
+    #[wasm_bindgen(getter)]
+    pub fn visible(&self) -> bool {
+        self.avatar.borrow().visible()
+    }
+
+    /// Says whether anybody sees the avatar.
+    #[wasm_bindgen(setter)]
+    pub fn set_visible(&mut self, visible: bool) {
+        self.avatar.borrow_mut().set_visible(visible);
+    }
+
+    /// Metres from the camera.
+    #[wasm_bindgen(getter, js_name = distanceM)]
+    pub fn distance_m(&self) -> f64 {
+        self.avatar.borrow().distance_m()
+    }
+
+    /// Sets that.
+    ///
+    /// # Errors
+    /// Throws `argument` for a negative number or NaN.
+    #[wasm_bindgen(setter, js_name = distanceM)]
+    pub fn set_distance_m(&mut self, distance_m: f64) -> Result<(), JsValue> {
+        let set = self.avatar.borrow_mut().set_distance_m(distance_m);
+        Ok(set.map_err(Thrown::from)?)
     }
 
     /// The next pose counts as the first.
     pub fn reset(&mut self) {
-        self.avatar.reset();
+        self.avatar.borrow_mut().reset();
     }
 
     /// All that the avatar remembers, as bytes for [`Self::restore`].
-    ///
-    /// # Errors
-    /// Throws `network` where the network's state cannot be read.
-    pub fn save(&self) -> Result<Vec<u8>, JsValue> {
-        Ok(self.avatar.save().map_err(Thrown::from)?)
+    pub fn save(&self) -> Vec<u8> {
+        self.avatar.borrow().save()
     }
 
     /// Goes on from where [`Self::save`] was called.
@@ -199,8 +267,12 @@ impl CoreAvatar {
     /// # Errors
     /// Throws `state` for bytes that cannot be used; the avatar then stays as it was.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), JsValue> {
-        self.avatar.restore(bytes).map_err(Thrown::from)?;
-        self.enabled = self.avatar.enabled() && self.avatar.model().bundle().is_some();
+        self.avatar
+            .borrow_mut()
+            .restore(bytes)
+            .map_err(Thrown::from)?;
+        self.enabled =
+            self.avatar.borrow().enabled() && self.avatar.borrow().model().bundle().is_some();
         Ok(())
     }
 
@@ -210,7 +282,10 @@ impl CoreAvatar {
     /// Throws `motion`.
     #[wasm_bindgen(js_name = motionFromBvh)]
     pub fn motion_from_bvh(&self, bytes: &[u8]) -> Result<CoreMotion, JsValue> {
-        Ok(CoreMotion::from_bvh(bytes, self.avatar.joints_rest_m())?)
+        Ok(CoreMotion::from_bvh(
+            bytes,
+            self.avatar.borrow().joints_rest_m(),
+        )?)
     }
 
     /// Makes the test motion called `name` for this body.
@@ -225,7 +300,8 @@ impl CoreAvatar {
         height_m: Option<f64>,
         duration_seconds: Option<f64>,
     ) -> Result<CoreMotion, JsValue> {
-        let joints_rest_m = self.avatar.joints_rest_m();
+        let avatar = self.avatar.borrow();
+        let joints_rest_m = avatar.joints_rest_m();
         let parameters = (tempo_hz, height_m, duration_seconds);
         Ok(CoreMotion::procedural(name, parameters, joints_rest_m)?)
     }
@@ -233,43 +309,44 @@ impl CoreAvatar {
     /// Rest joint positions in metres, `[joint][3]`.
     #[wasm_bindgen(js_name = jointsRest)]
     pub fn joints_rest(&self) -> Vec<f32> {
-        let joints = self.avatar.joints_rest_m().iter();
+        let avatar = self.avatar.borrow();
+        let joints = avatar.joints_rest_m().iter();
         joints.flat_map(|joint| joint.to_array()).collect()
     }
 
     /// Address of the offsets, f32 `[vertex][3]`, metres, rest pose.
     #[wasm_bindgen(js_name = offsetsPtr)]
     pub fn offsets_ptr(&self) -> usize {
-        self.avatar.offsets_rest_m().as_ptr() as usize
+        self.avatar.borrow().offsets_rest_m().as_ptr() as usize
     }
 
     /// Address of the rest positions with offsets, f32 `[vertex][3]`, metres.
     #[wasm_bindgen(js_name = positionsPtr)]
     pub fn positions_ptr(&self) -> usize {
-        self.avatar.positions_rest_m().as_ptr() as usize
+        self.avatar.borrow().positions_rest_m().as_ptr() as usize
     }
 
     /// Address of the rest normals, f32 `[vertex][3]`.
     #[wasm_bindgen(js_name = normalsPtr)]
     pub fn normals_ptr(&self) -> usize {
-        self.avatar.normals_rest().as_ptr() as usize
+        self.avatar.borrow().normals_rest().as_ptr() as usize
     }
 
     /// Address of the skin matrices `world_from_rest`, f32 `[joint][16]`, column-major.
     #[wasm_bindgen(js_name = skinMatricesPtr)]
     pub fn skin_matrices_ptr(&self) -> usize {
-        self.avatar.skin_matrices().as_ptr() as usize
+        self.avatar.borrow().skin_matrices().as_ptr() as usize
     }
 
     /// Address of the skinned positions, f32 `[vertex][3]`, metres, world.
     #[wasm_bindgen(js_name = skinnedPositionsPtr)]
     pub fn skinned_positions_ptr(&self) -> usize {
-        self.avatar.skinned().0.as_ptr() as usize
+        self.avatar.borrow().skinned().0.as_ptr() as usize
     }
 
     /// Address of the skinned normals, f32 `[vertex][3]`.
     #[wasm_bindgen(js_name = skinnedNormalsPtr)]
     pub fn skinned_normals_ptr(&self) -> usize {
-        self.avatar.skinned().1.as_ptr() as usize
+        self.avatar.borrow().skinned().1.as_ptr() as usize
     }
 }

@@ -7,6 +7,7 @@
 
 mod avatar;
 mod controls;
+mod crowd;
 mod error;
 mod model;
 mod motion;
@@ -15,6 +16,7 @@ mod pose;
 use wasm_bindgen::prelude::*;
 
 pub use avatar::CoreAvatar;
+pub use crowd::CoreCrowd;
 pub use model::{CoreBody, CoreModel};
 pub use motion::CoreMotion;
 

@@ -92,7 +92,7 @@ impl CoreBody {
 /// A body with its networks.
 #[wasm_bindgen]
 pub struct CoreModel {
-    model: Arc<Model>,
+    pub(crate) model: Arc<Model>,
 }
 
 #[wasm_bindgen]

@@ -1,4 +1,5 @@
 import type { RegionName } from "./bundle.js";
+import { checkNumber, checkObject } from "./check.js";
 import {
   type ControlChanges,
   type ControlPreset,
@@ -14,12 +15,25 @@ import type { CoreAvatar } from "./wasm/core.js";
 
 /**
  * Why the tissue was settled: at the first pose or the first after {@link Avatar.reset}, after a step
- * of more than 0.25 s, or because the body jumped. If every step says `stall`, the time steps are
+ * of more than 0.25 s, because the body jumped, or because the avatar was asleep or out of sight. If every step says `stall`, the time steps are
  * probably in milliseconds.
  */
-export type SettledBecause = "first-pose" | "stall" | "cut";
+export type SettledBecause = "first-pose" | "stall" | "cut" | "woken";
 
-const SETTLED_BECAUSE = [null, "first-pose", "stall", "cut"] as const;
+const SETTLED_BECAUSE = [null, "first-pose", "stall", "cut", "woken"] as const;
+
+/**
+ * How much work an avatar's tissue is worth.
+ *
+ * - `full`: all of it, at every step.
+ * - `half`: the surface follows every second tick, at 30 Hz, and is held in between. The network's
+ *   memory ticks on at 60 Hz, so back at `full` it is at once what it would have been.
+ * - `asleep`: none. The tissue comes to rest over 0.2 s and then costs nothing; waking, it starts
+ *   settled in the pose of that moment and fades in over as long.
+ */
+export type Detail = "full" | "half" | "asleep";
+
+const DETAILS: readonly Detail[] = ["asleep", "half", "full"];
 
 /** What the last {@link Avatar.step} cost, in milliseconds per stage. */
 export interface StepTimings {
@@ -104,6 +118,7 @@ export class Avatar {
    */
   step(pose: Pose, dtSeconds: number): void {
     checkLength("pose", pose, POSE_LENGTH);
+    checkNumber("dtSeconds", dtSeconds);
     guard(() => this.raw.step(pose, dtSeconds));
   }
 
@@ -138,6 +153,11 @@ export class Avatar {
     guard(() => this.raw.skin());
     const { positions, normals } = this.#skinned;
     return { positions: positions.view, normals: normals.view };
+  }
+
+  /** @internal */
+  get disposed(): boolean {
+    return this.#raw === null;
   }
 
   #view(name: "offsets" | "positions" | "normals" | "skinMatrices"): Float32Array {
@@ -195,6 +215,7 @@ export class Avatar {
   }
 
   set strength(factor: number) {
+    checkNumber("strength", factor);
     guard(() => {
       this.raw.strength = factor;
     });
@@ -207,6 +228,7 @@ export class Avatar {
    */
   setRegionGain(region: RegionName, factor: number): void {
     const idx = regionIndex(region);
+    checkNumber("factor", factor);
     guard(() => this.raw.setRegionGain(idx, factor));
   }
 
@@ -224,6 +246,7 @@ export class Avatar {
    *   preset; the avatar then keeps its controls
    */
   setControls(change: ControlChanges | ControlPreset): void {
+    if (typeof change !== "string") checkObject("change", change);
     guard(() => {
       const numbers =
         typeof change === "string"
@@ -245,8 +268,61 @@ export class Avatar {
   }
 
   set scale(factor: number) {
+    checkNumber("scale", factor);
     guard(() => {
       this.raw.scale = factor;
+    });
+  }
+
+  /**
+   * How much work the tissue is worth; see {@link Detail}. A {@link Crowd} with a level of detail
+   * sets it. Another word throws `argument`.
+   */
+  get detail(): Detail {
+    return DETAILS[guard(() => this.raw.detail)] ?? "full";
+  }
+
+  set detail(detail: Detail) {
+    const idx = DETAILS.indexOf(detail);
+    if (idx < 0) {
+      const known = DETAILS.join(", ");
+      throw new DynaSkinError(
+        "argument",
+        `There is no detail ${String(detail)}; there are ${known}.`,
+      );
+    }
+    guard(() => {
+      this.raw.detail = idx;
+    });
+  }
+
+  /**
+   * Whether anybody sees the avatar; say false while it is off the screen. Its tissue then costs
+   * nothing and its surface stays as it is; steps go on moving the skeleton, but may also be left
+   * out. The first step back in sight shows, at once, tissue that has settled in that step's pose.
+   */
+  get visible(): boolean {
+    return guard(() => this.raw.visible);
+  }
+
+  set visible(visible: boolean) {
+    guard(() => {
+      this.raw.visible = Boolean(visible);
+    });
+  }
+
+  /**
+   * Metres from the camera, 0 if you do not say; by it a {@link Crowd} chooses the {@link detail}.
+   * A negative number or NaN throws `argument`.
+   */
+  get distanceM(): number {
+    return guard(() => this.raw.distanceM);
+  }
+
+  set distanceM(metres: number) {
+    checkNumber("distanceM", metres);
+    guard(() => {
+      this.raw.distanceM = metres;
     });
   }
 

@@ -13,31 +13,47 @@ export interface Core {
   readonly memory: WebAssembly.Memory;
 }
 
-let starting: Promise<Core> | null = null;
+let starting: { core: Promise<Core>; source: WasmSource | undefined } | null = null;
 
 /**
  * Starts the core once; calls that come while it starts, or later, share it. A start that failed
- * may be tried again.
+ * may be tried again. Another `source` than that of the core that runs is compiled all the same: a
+ * file that cannot be used must not go unnoticed because of what happened to be loaded before.
  *
  * @internal
  */
-export function startCore(
+export async function startCore(
   source: WasmSource | undefined,
   onProgress?: (loadedBytes: number, totalBytes: number) => void,
 ): Promise<Core> {
-  starting ??= start(source, onProgress).catch((error) => {
-    starting = null;
-    throw error;
-  });
-  return starting;
+  if (starting && source !== undefined && !isSame(source, starting.source)) {
+    await compile(source, { what: WHAT, onProgress });
+  }
+  if (!starting) {
+    const core = start(source, onProgress);
+    starting = { core, source };
+    core.catch(() => {
+      starting = null;
+    });
+  }
+  return starting.core;
 }
+
+function isSame(source: WasmSource, started: WasmSource | undefined): boolean {
+  const isAddress = (file: WasmSource | undefined) =>
+    typeof file === "string" || file instanceof URL;
+  if (isAddress(source) && isAddress(started)) return String(source) === String(started);
+  return source === started;
+}
+
+const WHAT = "the dynaskin core";
 
 async function start(
   source: WasmSource | undefined,
   onProgress: ((loadedBytes: number, totalBytes: number) => void) | undefined,
 ): Promise<Core> {
   const module = await compile(source ?? new URL("./wasm/core_bg.wasm", import.meta.url), {
-    what: "the dynaskin core",
+    what: WHAT,
     onProgress,
   });
   try {

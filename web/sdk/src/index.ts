@@ -7,9 +7,16 @@
  *
  * @module
  */
-export { Avatar, type SettledBecause, type SkinnedSurface, type StepTimings } from "./avatar.js";
+export {
+  Avatar,
+  type Detail,
+  type SettledBecause,
+  type SkinnedSurface,
+  type StepTimings,
+} from "./avatar.js";
 export { type Bundle, type BundleFile, REGION_NAMES, type RegionName } from "./bundle.js";
 export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
+export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export { type LoadOptions, load, type ModelFiles } from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";

@@ -1,4 +1,5 @@
 import type { Bundle } from "./bundle.js";
+import { checkObject } from "./check.js";
 import { type Core, startCore } from "./core.js";
 import { DynaSkinError, guard } from "./error.js";
 import { Body, Model } from "./model.js";
@@ -20,11 +21,15 @@ export interface LoadOptions {
    * or the files themselves.
    */
   model: string | URL | ModelFiles;
-  /** The WebAssembly file, where the bundler cannot find it beside this module. */
+  /**
+   * The WebAssembly file, where the bundler cannot find it beside this module. A page has one core:
+   * the first that started. Another file given later is compiled, so that a bad one is reported, and
+   * then not needed.
+   */
   wasm?: WasmSource;
   /** Stops the downloads; `load` then rejects with the signal's reason. */
   signal?: AbortSignal;
-  /** Called as bytes arrive. */
+  /** Called as bytes arrive. What it throws, `load` rejects with. */
   onProgress?: (progress: Progress) => void;
   /**
    * Called as soon as the body is there, before the networks are: make an avatar of it and show
@@ -40,6 +45,7 @@ export interface LoadOptions {
  *   `body`, `network`
  */
 export async function load(options: LoadOptions): Promise<Model> {
+  checkObject('load() needs options, such as { model: "/models/female/" }: they', options);
   const { signal, onBody } = options;
   const progress = new ProgressSum(options.onProgress);
   const read = (source: FileSource, what: string) =>

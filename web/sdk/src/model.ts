@@ -1,7 +1,9 @@
 import { Avatar } from "./avatar.js";
 import type { Bundle, RegionName } from "./bundle.js";
 import { REGION_NAMES } from "./bundle.js";
+import { checkObject } from "./check.js";
 import type { Core } from "./core.js";
+import { Crowd } from "./crowd.js";
 import { DynaSkinError, guard } from "./error.js";
 import { checkLength, SHAPE_LENGTH } from "./pose.js";
 import type { CoreBody, CoreModel } from "./wasm/core.js";
@@ -56,8 +58,9 @@ export class Body {
    *
    * @throws DynaSkinError `argument` or `shape` for a shape that cannot be used
    */
-  createAvatar({ shape }: AvatarOptions = {}): Avatar {
-    const raw = guard(() => this.raw.createAvatar(toShape(shape)));
+  createAvatar(options: AvatarOptions = {}): Avatar {
+    const shape = toShape(options);
+    const raw = guard(() => this.raw.createAvatar(shape));
     return new Avatar(this.#core, raw, this.vertexCount);
   }
 
@@ -95,11 +98,21 @@ export class Model {
    *
    * @throws DynaSkinError `argument` or `shape` for a shape that cannot be used
    */
-  createAvatar({ shape }: AvatarOptions = {}): Avatar {
-    const raw = this.#raw;
-    if (!raw) throw new DynaSkinError("disposed", "This model was used after dispose().");
-    const avatar = guard(() => raw.createAvatar(toShape(shape)));
+  createAvatar(options: AvatarOptions = {}): Avatar {
+    const shape = toShape(options);
+    const avatar = guard(() => this.#alive.createAvatar(shape));
     return new Avatar(this.#core, avatar, this.body.vertexCount);
+  }
+
+  /** A crowd without avatars, for many avatars of this model; see {@link Crowd}. */
+  createCrowd(): Crowd {
+    const raw = guard(() => new this.#core.glue.CoreCrowd(this.#alive));
+    return new Crowd(this.#core, raw);
+  }
+
+  get #alive(): CoreModel {
+    if (this.#raw) return this.#raw;
+    throw new DynaSkinError("disposed", "This model was used after dispose().");
   }
 
   /** Frees the model's memory; avatars made from it live on. May be called again. */
@@ -110,7 +123,9 @@ export class Model {
   }
 }
 
-function toShape(shape: ArrayLike<number> | undefined): Float32Array {
+function toShape(options: AvatarOptions): Float32Array {
+  checkObject("options", options);
+  const { shape } = options;
   if (shape === undefined) return new Float32Array(SHAPE_LENGTH);
   checkLength("shape", shape, SHAPE_LENGTH);
   return Float32Array.from(shape);

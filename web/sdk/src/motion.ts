@@ -1,4 +1,5 @@
-import type { Avatar } from "./avatar.js";
+import { Avatar } from "./avatar.js";
+import { checkNumber, checkObject } from "./check.js";
 import { DynaSkinError, guard } from "./error.js";
 import { checkLength, type JointName, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreMotion } from "./wasm/core.js";
@@ -65,9 +66,16 @@ export class Motion {
   /**
    * Reads a BVH file and carries its motion over to the avatar's skeleton.
    *
-   * @throws DynaSkinError `motion` for a file that is no BVH, is truncated or shows no person
+   * @throws DynaSkinError `argument` for what are no bytes or no avatar, `motion` for a file that is no BVH, is truncated or shows no person
    */
   static fromBvh(file: ArrayBuffer | Uint8Array, avatar: Avatar): Motion {
+    if (!(file instanceof Uint8Array || file instanceof ArrayBuffer)) {
+      throw new DynaSkinError(
+        "argument",
+        "fromBvh takes the bytes of a file as an ArrayBuffer or a Uint8Array.",
+      );
+    }
+    checkAvatar(avatar);
     const bytes = file instanceof Uint8Array ? file : new Uint8Array(file);
     return guard(() => {
       const raw = avatar.raw.motionFromBvh(bytes);
@@ -86,7 +94,12 @@ export class Motion {
       const known = PROCEDURAL_MOTIONS.join(", ");
       throw new DynaSkinError("argument", `There is no motion ${name}; there are ${known}.`);
     }
+    checkAvatar(avatar);
+    checkObject("options", options);
     const { tempoHz, heightM, durationSeconds } = options;
+    for (const [what, value] of Object.entries({ tempoHz, heightM, durationSeconds })) {
+      if (value !== undefined) checkNumber(what, value);
+    }
     const raw = guard(() => avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds));
     return new Motion(raw, null);
   }
@@ -98,6 +111,7 @@ export class Motion {
    * @throws DynaSkinError `argument` for an `out` of the wrong type or length
    */
   poseAt(timeSeconds: number, out: Pose = new Float64Array(POSE_LENGTH)): Pose {
+    checkNumber("timeSeconds", timeSeconds);
     checkLength("out", out, POSE_LENGTH);
     if (!(out instanceof Float64Array)) {
       throw new DynaSkinError(
@@ -116,4 +130,9 @@ export class Motion {
     this.#raw?.free();
     this.#raw = null;
   }
+}
+
+function checkAvatar(avatar: unknown): void {
+  if (avatar instanceof Avatar) return;
+  throw new DynaSkinError("argument", "A motion needs an avatar, as createAvatar() gives it.");
 }

@@ -1,3 +1,4 @@
+import { checkNumber, kindOf } from "./check.js";
 import { DynaSkinError } from "./error.js";
 
 /** The 24 joints of the skeleton in SMPL's order, which is the order of every per-joint array. */
@@ -56,17 +57,25 @@ export function restPose(): Pose {
 }
 
 /**
- * Refuses numbers of the wrong count before they reach the core.
+ * Refuses what is no array of `expected` numbers.
  *
  * @internal
  */
-export function checkLength(what: string, values: ArrayLike<number>, expected: number): void {
-  const got = (values as ArrayLike<number> | null | undefined)?.length;
-  if (got === expected) return;
-  throw new DynaSkinError(
-    "argument",
-    got === undefined
-      ? `${what} must be an array of ${expected} numbers, got ${typeof values}.`
-      : `${what} must hold ${expected} numbers, got ${got}.`,
-  );
+export function checkLength(what: string, values: unknown, expected: number): void {
+  const array = values as ArrayLike<unknown> | null | undefined;
+  const isArray = typeof array === "object" && typeof array?.length === "number";
+  if (!isArray) {
+    throw new DynaSkinError(
+      "argument",
+      `${what} must be an array of ${expected} numbers, got ${kindOf(values)}.`,
+    );
+  }
+  if (array.length !== expected) {
+    throw new DynaSkinError(
+      "argument",
+      `${what} must hold ${expected} numbers, got ${array.length}.`,
+    );
+  }
+  if (array instanceof Float64Array || array instanceof Float32Array) return;
+  for (let idx = 0; idx < expected; idx += 1) checkNumber(`${what}[${idx}]`, array[idx]);
 }

@@ -98,23 +98,28 @@ async function readResponse(
     );
   }
   const announced = Number(response.headers.get("content-length")) || 0;
+  const chunks: Uint8Array[] = [];
+  let loaded = 0;
+  const reader = response.body?.getReader();
   try {
-    const chunks: Uint8Array[] = [];
-    let loaded = 0;
-    for (const reader = response.body?.getReader(); reader; ) {
-      const { done, value } = await reader.read();
+    while (reader) {
+      const { done, value } = await reader.read().catch((cause) => {
+        signal?.throwIfAborted();
+        throw new DynaSkinError("fetch", `The download of ${what} from ${address} broke off.`, {
+          cause,
+        });
+      });
       if (done) break;
       chunks.push(value);
       loaded += value.length;
       onProgress?.(loaded, announced);
     }
-    return join(chunks, loaded);
-  } catch (cause) {
-    signal?.throwIfAborted();
-    throw new DynaSkinError("fetch", `The download of ${what} from ${address} broke off.`, {
-      cause,
-    });
+  } catch (error) {
+    // Nobody will read the rest; that cancelling fails too, nobody needs to know.
+    reader?.cancel().catch(() => {});
+    throw error;
   }
+  return join(chunks, loaded);
 }
 
 function join(chunks: Uint8Array[], length: number): Uint8Array {
@@ -141,12 +146,10 @@ async function readFromDisk(
   const { process } = globalThis as { process?: NodeProcess };
   const files = process?.getBuiltinModule?.("node:fs/promises");
   if (!files) return null;
-  try {
-    const bytes = await files.readFile(new URL(address), signal ? { signal } : {});
-    onProgress?.(bytes.length, bytes.length);
-    return bytes;
-  } catch (cause) {
+  const bytes = await files.readFile(new URL(address), signal ? { signal } : {}).catch((cause) => {
     signal?.throwIfAborted();
     throw new DynaSkinError("fetch", `Could not read ${what} from ${address}.`, { cause });
-  }
+  });
+  onProgress?.(bytes.length, bytes.length);
+  return bytes;
 }

@@ -170,6 +170,11 @@ impl InertialFeatures {
         &self.features
     }
 
+    /// The features of the tick that was pushed last.
+    pub fn values(&self) -> &[f32] {
+        &self.features
+    }
+
     /// Forgets the poses pushed so far: the next one counts as the first.
     pub fn reset(&mut self) {
         self.kinematics = Kinematics::default();

@@ -6,13 +6,18 @@
 //! operators directly: malformed files become typed errors, and the linker drops the rest of the
 //! front end from the wasm file.
 
+mod decoder;
 mod messages;
 mod operators;
+mod plans;
+mod predictor;
 mod proto;
-mod session;
 mod translate;
 
-pub use session::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
+pub(crate) use decoder::DecoderRows;
+pub use decoder::{Decoder, DecoderSession};
+pub(crate) use predictor::PredictorRows;
+pub use predictor::{Predictor, PredictorSession, PredictorState};
 
 use crate::{Network, RuntimeError};
 use tract_core::prelude::TypedModel;
@@ -32,14 +37,54 @@ pub(crate) struct Graph {
     pub outputs: Vec<Port>,
 }
 
-/// Reads and checks `onnx_bytes`.
+/// Reads and checks `onnx_bytes`. Inputs of one row get `rows` rows, and so does all that is computed
+/// from them.
 ///
 /// # Errors
 /// [`RuntimeError::NotOnnx`], [`RuntimeError::UnknownOperator`], [`RuntimeError::InvalidGraph`],
 /// [`RuntimeError::Inference`] where tract refuses an operator that passed the checks.
-pub(crate) fn read(network: Network, onnx_bytes: &[u8]) -> Result<Graph, RuntimeError> {
+pub(crate) fn read(
+    network: Network,
+    onnx_bytes: &[u8],
+    rows: usize,
+) -> Result<Graph, RuntimeError> {
     let graph = proto::decode(network, onnx_bytes)?;
-    translate::translate(network, &graph)
+    translate::translate(network, &graph, rows)
+}
+
+/// Index and length of the port `name`, which must have the shape [1, length].
+fn row(network: Network, ports: &[Port], name: &str) -> Result<(usize, usize), RuntimeError> {
+    let Some(index) = ports.iter().position(|port| port.name == name) else {
+        let expected = format!("a value `{name}`");
+        return Err(broken(network, "ports", expected, names(ports)));
+    };
+    match ports[index].shape[..] {
+        [1, length] => Ok((index, length)),
+        _ => {
+            let got = format!("{:?}", ports[index].shape);
+            Err(broken(network, format!("`{name}`"), "shape [1, N]", got))
+        }
+    }
+}
+
+fn names(ports: &[Port]) -> String {
+    let names: Vec<&str> = ports.iter().map(|port| port.name.as_str()).collect();
+    format!("{names:?}")
+}
+
+/// The error for a graph that is not what the contract asks for.
+fn broken(
+    network: Network,
+    place: impl Into<String>,
+    expected: impl Into<String>,
+    got: impl Into<String>,
+) -> RuntimeError {
+    RuntimeError::BrokenContract {
+        network,
+        place: place.into(),
+        expected: expected.into(),
+        got: got.into(),
+    }
 }
 
 /// The error for a graph that contradicts itself at `place`.

@@ -239,7 +239,11 @@ impl Node<'_> {
         self.attributes(&["allowzero"])?;
         self.arity(2, 1)?;
         let x = self.input(0)?;
-        let shape = proto::shape(self.translation.network, &self.place, &self.integers(1)?)?;
+        let mut shape = proto::shape(self.translation.network, &self.place, &self.integers(1)?)?;
+        let rows = self.translation.rows;
+        if x.shape.first() == Some(&rows) && shape.first() == Some(&1) {
+            shape[0] = rows;
+        }
         if shape.iter().product::<usize>() != x.shape.iter().product::<usize>() {
             let problem = format!("{:?} does not have as many numbers as {shape:?}", x.shape);
             return Err(self.problem(problem));

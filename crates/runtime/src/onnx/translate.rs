@@ -39,12 +39,18 @@ pub(super) enum Known {
 pub(super) struct Translation {
     pub network: Network,
     pub model: TypedModel,
+    /// Rows of the inputs.
+    pub rows: usize,
     values: HashMap<String, Known>,
     multiplications: u64,
     outputs: usize,
 }
 
-pub(super) fn translate(network: Network, graph: &GraphMessage) -> Result<Graph, RuntimeError> {
+pub(super) fn translate(
+    network: Network,
+    graph: &GraphMessage,
+    rows: usize,
+) -> Result<Graph, RuntimeError> {
     if graph.node.len() > MAX_NODES || graph.initializer.len() > MAX_NODES {
         let problem = format!("more than {MAX_NODES} nodes or initialisers");
         return Err(invalid(network, "graph", problem));
@@ -52,6 +58,7 @@ pub(super) fn translate(network: Network, graph: &GraphMessage) -> Result<Graph,
     let mut translation = Translation {
         network,
         model: TypedModel::default(),
+        rows,
         values: HashMap::new(),
         multiplications: 0,
         outputs: 0,
@@ -110,7 +117,10 @@ impl Translation {
             let problem = "the input's shape is not fixed; export with fixed shapes";
             return Err(invalid(self.network, input.name.as_str(), problem));
         };
-        let shape = proto::shape(self.network, &input.name, &dims)?;
+        let mut shape = proto::shape(self.network, &input.name, &dims)?;
+        if let Some(first) = shape.first_mut().filter(|first| **first == 1) {
+            *first = self.rows;
+        }
         let fact = f32::fact(&shape);
         let outlet = self
             .model

@@ -1,0 +1,195 @@
+import { Avatar } from "./avatar.js";
+import { checkNumber, checkObject } from "./check.js";
+import type { Core } from "./core.js";
+import { DynaSkinError, guard } from "./error.js";
+import { checkLength, POSE_LENGTH, type Pose } from "./pose.js";
+import type { CoreCrowd } from "./wasm/core.js";
+
+/**
+ * By what avatars of a {@link Crowd} get less detail: `half` beyond one distance, `asleep` beyond
+ * another, and less than that where all together would take too long. What was left comes back only
+ * somewhat nearer (10 % of the distance, 15 % of the budget), so that nothing flickers.
+ */
+export interface LevelOfDetail {
+  /** Metres from the camera from which on an avatar has half detail; 12 if left out. */
+  halfBeyondM?: number;
+  /** Metres from the camera from which on an avatar is asleep; 40 if left out. */
+  asleepBeyondM?: number;
+  /**
+   * Milliseconds that all tissue together may take per tick (1/60 s): where it takes more, the
+   * farthest avatars get less detail. Decided every 30 steps by measured times, so what is shown
+   * then depends on the machine. No limit if left out.
+   */
+  budgetMs?: number;
+}
+
+/** What the last {@link Crowd.stepAll} did. */
+export interface CrowdReport {
+  /** Visible avatars at full detail. */
+  full: number;
+  /** Visible avatars at half detail. */
+  half: number;
+  /** Avatars asleep or out of sight. */
+  asleep: number;
+  /** Motion features of all avatars, milliseconds. */
+  featuresMs: number;
+  /** The predictor, milliseconds. */
+  predictMs: number;
+  /** The decoder, milliseconds. */
+  decodeMs: number;
+  /** Gains, limits, positions and normals, milliseconds. */
+  applyMs: number;
+  /** Skin matrices, milliseconds. */
+  skinMs: number;
+}
+
+/**
+ * Avatars of one model that are stepped by one call: each network runs once for all of them, so an
+ * avatar costs less than alone. What it shows is the same to rounding. Made by
+ * {@link Model.createCrowd}.
+ */
+export class Crowd {
+  readonly #memory: WebAssembly.Memory;
+  readonly #defaults: [number, number];
+  readonly #avatars: Avatar[] = [];
+  #raw: CoreCrowd | null;
+  #poses = new Float64Array(0);
+  #levelOfDetail: LevelOfDetail | null = null;
+
+  /** @internal */
+  constructor({ memory, glue }: Core, raw: CoreCrowd) {
+    this.#memory = memory;
+    this.#raw = raw;
+    const [half = 0, asleep = 0] = glue.CoreCrowd.defaultDistances();
+    this.#defaults = [half, asleep];
+  }
+
+  get #alive(): CoreCrowd {
+    if (this.#raw) return this.#raw;
+    throw new DynaSkinError("disposed", "This crowd was used after dispose().");
+  }
+
+  /** The avatars in the order in which {@link stepAll} takes their poses. */
+  get avatars(): readonly Avatar[] {
+    return this.#avatars;
+  }
+
+  /**
+   * Adds an avatar at the end. It may be stepped alone as well, between two steps of the crowd.
+   *
+   * @throws DynaSkinError `argument` for what is no avatar and for one that is in it already;
+   *   {@link stepAll} throws it for one of another model
+   */
+  add(avatar: Avatar): void {
+    if (!(avatar instanceof Avatar)) {
+      throw new DynaSkinError("argument", "A crowd takes avatars, as createAvatar() gives them.");
+    }
+    guard(() => this.#alive.add(avatar.raw));
+    this.#avatars.push(avatar);
+    this.#poses = new Float64Array(0);
+  }
+
+  /** Takes an avatar out, also a disposed one; those after it move up. Whether it was in. */
+  remove(avatar: Avatar): boolean {
+    const idx = this.#avatars.indexOf(avatar);
+    if (idx < 0) return false;
+    guard(() => this.#alive.remove(idx));
+    this.#avatars.splice(idx, 1);
+    this.#poses = new Float64Array(0);
+    return true;
+  }
+
+  /**
+   * Moves every avatar to its pose, `dtSeconds` after the last step, as {@link Avatar.step} does.
+   *
+   * @param poses - one {@link Pose} for each of {@link avatars}, in their order
+   * @param dtSeconds - time since the last step in seconds, 0 to 86,400
+   * @throws DynaSkinError `argument` for a wrong number or length, a time step that cannot be used
+   *   or an avatar of another model, `pose` for a pose that cannot be used (the message says whose),
+   *   `disposed` where one of the avatars was disposed; all avatars then stay as they were
+   */
+  stepAll(poses: readonly Pose[], dtSeconds: number): void {
+    const raw = this.#alive;
+    checkNumber("dtSeconds", dtSeconds);
+    if (!Array.isArray(poses) || poses.length !== this.#avatars.length) {
+      const got = Array.isArray(poses) ? `${poses.length}` : "no array";
+      throw new DynaSkinError(
+        "argument",
+        `stepAll needs an array of ${this.#avatars.length} poses, one for each avatar; got ${got}.`,
+      );
+    }
+    for (const [idx, avatar] of this.#avatars.entries()) {
+      checkLength(`pose ${idx}`, poses[idx], POSE_LENGTH);
+      if (avatar.disposed) {
+        throw new DynaSkinError(
+          "disposed",
+          `Avatar ${idx} of the crowd was disposed; remove() it from the crowd first.`,
+        );
+      }
+    }
+    const target = this.#view(raw);
+    for (const [idx, pose] of poses.entries()) target.set(pose, idx * POSE_LENGTH);
+    guard(() => raw.stepAll(dtSeconds));
+  }
+
+  #view(raw: CoreCrowd): Float64Array {
+    if (this.#poses.buffer !== this.#memory.buffer) {
+      const length = this.#avatars.length * POSE_LENGTH;
+      const start = guard(() => raw.posesPtr());
+      this.#poses = new Float64Array(this.#memory.buffer, start, length);
+    }
+    return this.#poses;
+  }
+
+  /**
+   * By what avatars get less detail, by their {@link Avatar.distanceM}; null, as a crowd begins,
+   * leaves them the {@link Avatar.detail} you give them. Numbers that contradict each other throw
+   * `argument`.
+   */
+  get levelOfDetail(): LevelOfDetail | null {
+    return this.#levelOfDetail && { ...this.#levelOfDetail };
+  }
+
+  set levelOfDetail(change: LevelOfDetail | null) {
+    const raw = this.#alive;
+    if (change === null) {
+      guard(() => raw.clearLevelOfDetail());
+      this.#levelOfDetail = null;
+      return;
+    }
+    checkObject("levelOfDetail", change);
+    const [half, asleep] = this.#defaults;
+    const { halfBeyondM = half, asleepBeyondM = asleep, budgetMs } = change;
+    checkNumber("halfBeyondM", halfBeyondM);
+    checkNumber("asleepBeyondM", asleepBeyondM);
+    if (budgetMs !== undefined) {
+      checkNumber("budgetMs", budgetMs);
+      if (Number.isNaN(budgetMs)) {
+        throw new DynaSkinError("argument", "budgetMs is NaN; give milliseconds above 0.");
+      }
+    }
+    guard(() => raw.setLevelOfDetail(halfBeyondM, asleepBeyondM, budgetMs ?? Number.NaN));
+    this.#levelOfDetail = {
+      halfBeyondM,
+      asleepBeyondM,
+      ...(budgetMs === undefined ? {} : { budgetMs }),
+    };
+  }
+
+  /** What the last {@link stepAll} did and cost. */
+  get report(): CrowdReport {
+    const numbers = guard(() => this.#alive.report());
+    const [full = 0, half = 0, asleep = 0] = numbers;
+    const [featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0, skinMs = 0] =
+      numbers.subarray(3);
+    return { full, half, asleep, featuresMs, predictMs, decodeMs, applyMs, skinMs };
+  }
+
+  /** Frees the crowd's memory; its avatars live on. May be called again. */
+  dispose(): void {
+    const raw = this.#raw;
+    this.#raw = null;
+    this.#avatars.length = 0;
+    if (raw) guard(() => raw.free());
+  }
+}
