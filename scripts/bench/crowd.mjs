@@ -64,14 +64,15 @@ function measureCount(model, avatars, poses, move, count) {
   return { count, togetherMs, aloneMs, halfMs, stages };
 }
 
-/** Medians of several works that take turns, so that a slow moment meets them all. */
+/** Medians of works that take turns, also at being first, so that slow moments meet them all. */
 function interleaved(move, works) {
   const times = works.map(() => []);
   for (let tick = 0; tick < WARM_UP_TICKS + TICKS; tick += 1) {
     move();
-    for (const [idx, work] of works.entries()) {
+    for (let turn = 0; turn < works.length; turn += 1) {
+      const idx = (tick + turn) % works.length;
       const start = performance.now();
-      work();
+      works[idx]();
       if (tick >= WARM_UP_TICKS) times[idx].push(performance.now() - start);
     }
   }

@@ -207,8 +207,8 @@ impl Crowd {
     /// # Errors
     /// [`RuntimeError::InvalidCrowd`] for another number of poses than avatars and for an avatar of
     /// another model; [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidTimeStep`]: all avatars
-    /// stay as they were. [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: all surfaces
-    /// stay as they were, and the next poses count as the first.
+    /// stay as they were. [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: some surfaces may
+    /// have moved on, and the next poses count as the first.
     pub fn step_all(
         &mut self,
         avatars: &mut [&mut Avatar],

@@ -6,7 +6,7 @@
 use crate::RuntimeError;
 use crate::avatar::{Avatar, StageSeconds, Stopwatch};
 use crate::model::Networks;
-use crate::onnx::{DecoderRows, DecoderSession, PredictorRows, PredictorSession};
+use crate::onnx::{BATCH, DecoderRows, DecoderSession, PredictorRows, PredictorSession};
 use crate::tissue::{MAX_SETTLE_TICKS, Tissue};
 
 /// The sessions of one thread, and its scratch.
@@ -40,15 +40,35 @@ impl Engine {
     ) -> Result<(), RuntimeError> {
         self.settle(avatars, seconds, stopwatch)?;
         self.tick(avatars, seconds, stopwatch)?;
-        let start = stopwatch();
+        self.show(avatars, seconds, stopwatch)
+    }
+
+    /// Decodes and shows, batch by batch: what was decoded is still in the processor's cache when it
+    /// is shown.
+    fn show(
+        &mut self,
+        avatars: &mut [&mut Avatar],
+        seconds: &mut StageSeconds,
+        stopwatch: Stopwatch<'_>,
+    ) -> Result<(), RuntimeError> {
+        let mut start = stopwatch();
         self.choose(avatars, |avatar| avatar.begin_showing());
-        self.decode(avatars)?;
-        let decoded = stopwatch();
-        for avatar in avatars.iter_mut() {
-            avatar.show();
+        let mut shown = 0;
+        for chosen in self.chosen.chunks(BATCH) {
+            let rows = &mut Chosen { avatars, chosen };
+            self.decoder.decode_rows(rows)?;
+            let decoded = stopwatch();
+            let end = chosen.last().map_or(shown, |last| last + 1);
+            avatars[shown..end].iter_mut().for_each(|a| a.show());
+            shown = end;
+            seconds.decode += decoded - start;
+            start = stopwatch();
+            seconds.apply += start - decoded;
         }
-        seconds.decode += decoded - start;
-        seconds.apply += stopwatch() - decoded;
+        avatars[shown..].iter_mut().for_each(|a| a.show());
+        if shown < avatars.len() {
+            seconds.apply += stopwatch() - start;
+        }
         Ok(())
     }
 
@@ -141,8 +161,8 @@ impl Engine {
 /// Moves `avatars` on by the steps they have planned. Without networks there is no `engine`.
 ///
 /// # Errors
-/// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: what is shown stays as it was, and for
-/// all of them the next pose counts as the first.
+/// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: some surfaces may have moved on, and
+/// for all avatars the next pose counts as the first.
 pub(crate) fn step(
     engine: Option<&mut Engine>,
     avatars: &mut [&mut Avatar],

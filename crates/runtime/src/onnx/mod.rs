@@ -16,6 +16,7 @@ mod translate;
 
 pub(crate) use decoder::DecoderRows;
 pub use decoder::{Decoder, DecoderSession};
+pub(crate) use plans::BATCH;
 pub(crate) use predictor::PredictorRows;
 pub use predictor::{Predictor, PredictorSession, PredictorState};
 
