@@ -1,0 +1,188 @@
+//! HTML reports of measurements: headings, paragraphs, tables and line plots in one file that needs
+//! nothing else.
+
+mod plot;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+pub use plot::{Curve, Plot};
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A plot cannot be drawn.
+    #[error("plot \"{title}\": {reason}")]
+    Plot {
+        /// Title of the plot.
+        title: String,
+        /// Why not.
+        reason: String,
+    },
+    /// The file cannot be written.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        source: std::io::Error,
+    },
+}
+
+/// A report being put together, from top to bottom.
+#[derive(Debug, Default)]
+pub struct Report {
+    title: String,
+    parts: Vec<Markup>,
+}
+
+/// Style of the page: plain, in the reader's own light or dark colours; plots stay on white.
+const STYLE: &str = "
+:root { color-scheme: light dark; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h2 { margin-top: 2.5rem; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { padding: 0.25rem 0.75rem; text-align: left; border-bottom: 1px solid #8884; }
+th { vertical-align: bottom; }
+td.number { text-align: right; }
+tr.marked td { background: #d9770626; }
+figure { margin: 1rem 0; background: #fff; border-radius: 6px; display: inline-block; }
+figure svg { max-width: 100%; height: auto; display: block; }
+";
+
+impl Report {
+    /// An empty report.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            parts: Vec::new(),
+        }
+    }
+
+    /// Begins a section.
+    pub fn section(&mut self, heading: &str) {
+        self.parts.push(html! { h2 { (heading) } });
+    }
+
+    /// Adds a paragraph of plain text.
+    pub fn paragraph(&mut self, text: &str) {
+        self.parts.push(html! { p { (text) } });
+    }
+
+    /// Adds a table. Cells that begin with a digit or a sign are set to the right.
+    pub fn table(&mut self, table: &Table) {
+        let numeric = |cell: &str| {
+            let text = cell.trim_start_matches(['+', '-', '−', '±', '<', '>', ' ']);
+            text.starts_with(|c: char| c.is_ascii_digit())
+        };
+        self.parts.push(html! {
+            div.wide { table {
+                thead { tr { @for head in &table.head { th { (head) } } } }
+                tbody { @for row in &table.rows {
+                    tr.marked[row.marked] { @for cell in &row.cells {
+                        td.number[numeric(cell)] { (cell) }
+                    } }
+                } }
+            } }
+        });
+    }
+
+    /// Adds a line plot.
+    ///
+    /// # Errors
+    /// [`ReportError::Plot`] if it has no finite point or cannot be drawn.
+    pub fn plot(&mut self, plot: &Plot) -> Result<(), ReportError> {
+        let svg = plot.svg()?;
+        self.parts
+            .push(html! { figure role="img" aria-label=(plot.title) { (PreEscaped(svg)) } });
+        Ok(())
+    }
+
+    /// The page.
+    pub fn html(&self) -> String {
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body {
+                    h1 { (self.title) }
+                    @for part in &self.parts { (part) }
+                }
+            }
+        };
+        page.into_string()
+    }
+
+    /// Writes the page to a file, by way of a temporary one beside it.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`]; the file is then as it was.
+    pub fn write(&self, path: &Path) -> Result<(), ReportError> {
+        let io = |source| ReportError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(".part");
+        let temporary = path.with_file_name(name);
+        fs::write(&temporary, self.html())
+            .and_then(|()| fs::rename(&temporary, path))
+            .map_err(|error| {
+                // The first error is the one to tell, whether or not this works.
+                let _ = fs::remove_file(&temporary);
+                io(error)
+            })
+    }
+}
+
+/// A table of text cells.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Column headings.
+    pub head: Vec<String>,
+    /// Rows.
+    pub rows: Vec<Row>,
+}
+
+/// A row of a [`Table`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// As many cells as the table has headings.
+    pub cells: Vec<String>,
+    /// Whether the row stands out: a goal missed.
+    pub marked: bool,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new<const N: usize>(head: [&str; N]) -> Self {
+        Self {
+            head: head.map(str::to_owned).to_vec(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: Vec<String>) {
+        self.rows.push(Row {
+            cells,
+            marked: false,
+        });
+    }
+
+    /// Adds a row that stands out.
+    pub fn marked_row(&mut self, cells: Vec<String>) {
+        self.rows.push(Row {
+            cells,
+            marked: true,
+        });
+    }
+}
