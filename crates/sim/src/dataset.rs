@@ -9,10 +9,12 @@ use dynaskin_body::{Pose, SHAPE_COUNT};
 use glam::Vec3;
 use half::f16;
 
+use crate::materials::Materials;
+
 /// Value of the metadata entry `format`.
 const FORMAT: &str = "dynaskin-clip";
 /// Value of the metadata entry `version`.
-const VERSION: &str = "1";
+const VERSION: &str = "2";
 
 /// One simulated (or fitted) clip: poses of one body shape at 60 Hz and the soft tissue's offsets.
 ///
@@ -31,6 +33,8 @@ pub struct ClipData {
     pub sim_json: String,
     /// Shape coefficients β in standard deviations.
     pub shape: [f32; SHAPE_COUNT],
+    /// Material multipliers of the regions; [`Materials::NOMINAL`] where none are known.
+    pub materials: Materials,
     /// Body vertices that have offsets, ascending.
     pub vertices: Vec<u32>,
     /// Poses, one a frame.
@@ -79,6 +83,8 @@ pub struct ClipHeader {
     pub seed: u64,
     /// Simulator settings as JSON.
     pub sim_json: String,
+    /// Material multipliers of the regions.
+    pub materials: Materials,
     /// Number of frames.
     pub frame_count: usize,
     /// Number of vertices with offsets.

@@ -44,6 +44,8 @@ pub(crate) struct Drive {
     pub rotation: [Quat; JOINT_COUNT],
     /// The same as matrices.
     pub linear: [Mat3; JOINT_COUNT],
+    /// Offset of each joint's affine map in metres, relative to the pelvis's place.
+    offset_m: [Vec3; JOINT_COUNT],
     /// Second time derivative of the joint's affine map, linear part (1/s²).
     linear_accel: [Mat3; JOINT_COUNT],
     /// Second time derivative of the joint's affine map, offset (m/s²).
@@ -65,6 +67,14 @@ impl Drive {
     pub fn gravity_change_m_per_s2(&self, skin: &SkinWeights) -> Vec3 {
         let down = Vec3::new(0.0, -GRAVITY_M_PER_S2, 0.0);
         weighted(skin, |joint| down - self.linear[joint] * down)
+    }
+
+    /// Where linear blend skinning puts a rest position, in world axes relative to the pelvis, in
+    /// metres.
+    pub fn skinned_m(&self, skin: &SkinWeights, rest_m: Vec3) -> Vec3 {
+        weighted(skin, |joint| {
+            self.linear[joint] * rest_m + self.offset_m[joint]
+        })
     }
 
     /// Linear part of the blended skinning matrix.
@@ -142,6 +152,9 @@ impl Kinematics {
         let drive = Drive {
             rotation: world.rotation.map(|q| q.as_quat()),
             linear: now.linear.map(|m| m.as_mat3()),
+            offset_m: now
+                .offset_m
+                .map(|offset| (offset - world.position_m[0]).as_vec3()),
             linear_accel,
             offset_accel,
         };

@@ -4,20 +4,28 @@
 //! the inertia of a motion, and [`simulate_clip`] turns a whole motion into a [`ClipData`]: offsets
 //! of the soft vertices in the rest pose, at 60 Hz, that need no pose later than their own.
 
+mod calibration;
+mod contact;
 mod dataset;
 mod elastic;
 mod kinematics;
+mod materials;
 mod run;
 mod settings;
 mod shell;
 mod simulate;
 mod solver;
 
+pub use calibration::{
+    Activity, Amplitude, Calibration, LargestOffset, MEASURED, Measured, Moved, Quantity, Survey,
+    Vibration, amplitudes, free_vibration,
+};
 pub use dataset::{ClipData, ClipHeader, DatasetError};
 pub use kinematics::{GRAVITY_M_PER_S2, soft_clip};
+pub use materials::{MULTIPLIERS, Materials};
 pub use run::{
     HELD_OUT_SHAPES, Job, JobReport, Motion, Outcome, Run, RunError, TRAINING_SHAPES, captures,
-    execute, procedurals,
+    execute, procedurals, thin_captures,
 };
 pub use settings::{SettingsError, SimSettings, Tissue};
 pub use shell::{Shell, ShellError, ShellReport, Surface, soft_vertices};

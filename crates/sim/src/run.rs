@@ -8,13 +8,16 @@ use std::path::PathBuf;
 
 use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
 use dynaskin_motion::MotionError;
+use sha2::{Digest as _, Sha256};
 
 use crate::dataset::DatasetError;
+use crate::materials::Materials;
 use crate::settings::SimSettings;
 use crate::shell::ShellError;
 use crate::simulate::SimError;
+use crate::solver::Unstable;
 pub use execute::execute;
-pub use motions::{Motion, captures, procedurals};
+pub use motions::{Motion, captures, procedurals, thin_captures};
 pub use shapes::{HELD_OUT_SHAPES, TRAINING_SHAPES};
 
 /// One clip of the data set: a motion, perhaps mirrored, on one body shape.
@@ -26,6 +29,8 @@ pub struct Job {
     pub mirrored: bool,
     /// Index into the training shapes followed by the held-out ones.
     pub shape: usize,
+    /// Material multipliers.
+    pub materials: Materials,
     /// Frames at 60 Hz.
     pub frames: usize,
 }
@@ -56,6 +61,8 @@ pub struct Run<'a> {
     /// Whether each motion is simulated mirrored, too. Training learns from the mirror image of
     /// every clip anyway, so mirrored clips only add further shapes.
     pub mirrored: bool,
+    /// Whether every second clip has materials of its own, drawn by name and seed.
+    pub vary_materials: bool,
     /// Number of training shapes to draw from, at most [`TRAINING_SHAPES`]'s.
     pub shapes: usize,
 }
@@ -118,9 +125,21 @@ pub enum RunError {
         /// The clip's file, which stays as it is.
         path: PathBuf,
     },
+    /// The disk filled up while this clip or an earlier one was written.
+    #[error(
+        "{path}: the disk is full; free some space or take another folder (--out) and run the same \
+         command again: finished clips are kept"
+    )]
+    DiskFull {
+        /// The clip's file, which was not written.
+        path: PathBuf,
+    },
     /// The body has no tissue to simulate.
     #[error(transparent)]
     Shell(#[from] ShellError),
+    /// Ringing a region failed.
+    #[error("ringing a region of the body: {0}")]
+    Vibration(Unstable),
     /// The simulation failed.
     #[error(transparent)]
     Sim(#[from] SimError),
@@ -142,8 +161,9 @@ impl Run<'_> {
 
     /// The clips to make of these motions, longest first so that threads end together.
     ///
-    /// Each motion and, if wanted, its mirror image is simulated on one training shape drawn by name and seed;
-    /// procedural motions, which are few, on two more; every fourth motion also on a held-out one.
+    /// Each motion and, if wanted, its mirror image is simulated on one training shape drawn by name
+    /// and seed; every fourth also on a held-out one. Motions made by formula, which are few and
+    /// mostly symmetric, come on three shapes instead of mirrored.
     ///
     /// # Errors
     /// [`RunError`] if a motion cannot be read or made.
@@ -156,20 +176,24 @@ impl Run<'_> {
                 .frames
                 .len()
                 .min(self.limit_frames.unwrap_or(usize::MAX));
-            for &mirrored in if self.mirrored {
-                &[false, true][..]
+            let images: &[bool] = if self.mirrored && !motion.is_procedural() {
+                &[false, true]
             } else {
                 &[false]
-            } {
+            };
+            for &mirrored in images {
                 let name = format!("{}{mirrored}", motion.name());
                 let draws = if motion.is_procedural() { 3 } else { 1 };
                 for shape in shapes::draw(&name, self.seed, self.shapes, draws) {
-                    jobs.push(Job {
+                    let mut job = Job {
                         motion: motion.clone(),
                         mirrored,
                         shape,
+                        materials: Materials::NOMINAL,
                         frames,
-                    });
+                    };
+                    job.materials = self.materials(&job.name());
+                    jobs.push(job);
                 }
             }
         }
@@ -179,5 +203,14 @@ impl Run<'_> {
                 .then_with(|| a.name().cmp(&b.name()))
         });
         Ok(jobs)
+    }
+
+    fn materials(&self, name: &str) -> Materials {
+        let coin = Sha256::digest(format!("varied {} {name}", self.seed))[0];
+        if self.vary_materials && coin.is_multiple_of(2) {
+            Materials::drawn(name, self.seed)
+        } else {
+            Materials::NOMINAL
+        }
     }
 }

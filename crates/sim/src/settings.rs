@@ -34,8 +34,19 @@ pub struct SimSettings {
     pub relaxation_seconds: f32,
     /// Largest product of a node's frequency (rad/s) and the time step; nodes above it get mass.
     pub stability_limit: f32,
+    /// Whether tissue of different limbs presses on each other; left out of files where it does.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub contact: bool,
     /// Acceleration in m/s² that the drive saturates at, see [`crate::soft_clip`].
     pub drive_limit_m_per_s2: f32,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_yes(value: &bool) -> bool {
+    *value
 }
 
 /// Material of one soft region.
@@ -79,6 +90,7 @@ impl SimSettings {
         if body.name == Sex::Male.name() {
             settings.tissues[Region::Chest as usize] = Tissue {
                 shear_modulus_pa: 1100.0,
+                depth_exponent: 1.2,
                 ..tissue(Region::Belly)
             };
         }
@@ -142,11 +154,12 @@ impl Default for SimSettings {
             edge_stiffening: 1.5,
             density_kg_per_m3: 950.0,
             bulk_ratio: 8.0,
-            stiffening: 0.5,
+            stiffening: 1.0,
             skin_kg_per_m2: 1.6,
             skin_stiffening: 3.0,
             relaxation_seconds: 3e-4,
             stability_limit: 1.2,
+            contact: true,
             drive_limit_m_per_s2: 40.0,
         }
     }
@@ -165,17 +178,19 @@ fn tissue(region: Region) -> Tissue {
     };
     match region {
         Region::Chest => Tissue {
-            shear_modulus_pa: 170.0,
-            depth_exponent: 0.5,
-            damping_ratio: 0.215,
+            shear_modulus_pa: 95.0,
+            depth_exponent: 0.0,
+            damping_ratio: 0.245,
             skin_n_per_m: 5.0,
             ..firm
         },
         Region::Belly => Tissue {
+            depth_exponent: 0.7,
             damping_ratio: 0.28,
             ..firm
         },
         Region::Buttocks => Tissue {
+            shear_modulus_pa: 1000.0,
             damping_ratio: 0.25,
             ..firm
         },

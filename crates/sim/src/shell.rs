@@ -8,6 +8,7 @@ mod topology;
 use dynaskin_body::{BodyModel, JOINT_COUNT, Region, SHAPE_COUNT, SkinWeights};
 use glam::Vec3;
 
+use crate::contact::ContactSurface;
 use crate::settings::SimSettings;
 pub(crate) use elements::{Tet, Triangle};
 pub use topology::soft_vertices;
@@ -43,6 +44,9 @@ pub struct Shell {
     pub(crate) joints_rest_m: [Vec3; JOINT_COUNT],
     /// Depth of each slot's tissue in metres.
     pub(crate) depth_m: Vec<f32>,
+    /// Rest positions of all columns in metres, slots first.
+    pub(crate) column_rest_m: Vec<Vec3>,
+    pub(crate) contact: ContactSurface,
     pub(crate) report: ShellReport,
 }
 

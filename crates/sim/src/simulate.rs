@@ -5,6 +5,7 @@ use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use half::f16;
 
 use crate::dataset::ClipData;
+use crate::materials::Materials;
 use crate::settings::SimSettings;
 use crate::shell::Shell;
 use crate::solver::{Solver, Unstable};
@@ -52,6 +53,8 @@ pub struct ClipLabels {
     pub seed: u64,
     /// Shape coefficients β of the shell.
     pub shape: [f32; SHAPE_COUNT],
+    /// Material multipliers that the shell was built with.
+    pub materials: Materials,
     /// How it was simulated, as JSON.
     pub sim_json: String,
 }
@@ -103,6 +106,7 @@ pub fn simulate_clip(
         seed: labels.seed,
         sim_json: labels.sim_json,
         shape: labels.shape,
+        materials: labels.materials,
         vertices: shell.vertices().to_vec(),
         poses: clip.frames.clone(),
         offsets_rest_m,

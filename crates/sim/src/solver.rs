@@ -5,6 +5,7 @@ use dynaskin_motion::MODEL_RATE_HZ;
 use glam::{Mat3, Quat, Vec3};
 use wide::f32x4;
 
+use crate::contact::Contacts;
 use crate::elastic::{Law, TetGroup, TriangleGroup};
 use crate::kinematics::{Drive, Kinematics, soft_clip};
 use crate::settings::SimSettings;
@@ -54,6 +55,8 @@ pub struct Solver<'a> {
     kinematics: Kinematics,
     tets: Vec<TetGroup>,
     triangles: Vec<TriangleGroup>,
+    /// None where tissue passes through tissue.
+    contacts: Option<Contacts>,
     tick: usize,
     /// Free nodes' displacement (m) and velocity (m/s), and one last, fixed node that stays 0.
     displacement: Vec<f32x4>,
@@ -99,6 +102,7 @@ impl<'a> Solver<'a> {
             kinematics: Kinematics::new(shell.joints_rest_m, MODEL_RATE_HZ),
             tets: TetGroup::pack(&shell.tets, free as u32),
             triangles: TriangleGroup::pack(&shell.triangles, free as u32),
+            contacts: settings.contact.then(Contacts::default),
             tick: 0,
             displacement: vec![f32x4::ZERO; free + 1],
             velocity: vec![f32x4::ZERO; free + 1],
@@ -166,11 +170,15 @@ impl<'a> Solver<'a> {
             .map(|d| xyz(*d))
     }
 
-    /// Sets displacement (m) and velocity (m/s) of every free node as a function of its rest
-    /// position, for free vibration.
-    pub fn set_state(&mut self, state: impl Fn(Vec3) -> (Vec3, Vec3)) {
-        for (node, rest_m) in self.shell.node_rest_m.iter().enumerate() {
-            let (displacement, velocity) = state(*rest_m);
+    /// Sets displacement (m) and velocity (m/s), world axes, of every free node as a function of
+    /// the body vertex above it and its depth as a share of the column, 0 at the skin: for free
+    /// vibration.
+    pub fn set_state(&mut self, state: impl Fn(u32, f32) -> (Vec3, Vec3)) {
+        let slots = self.shell.vertices.len();
+        let layers = self.shell.node_rest_m.len() / slots;
+        for node in 0..self.shell.node_rest_m.len() {
+            let depth_share = (node / slots) as f32 / layers as f32;
+            let (displacement, velocity) = state(self.shell.vertices[node % slots], depth_share);
             self.displacement[node] = pad(displacement);
             self.velocity[node] = pad(velocity);
         }
@@ -234,6 +242,14 @@ impl<'a> Solver<'a> {
             .collect();
         TetGroup::rotate(&mut self.tets, &self.shell.tets, &prism_rotations);
         TriangleGroup::rotate(&mut self.triangles, &self.shell.triangles, &prism_rotations);
+        if let Some(contacts) = &mut self.contacts {
+            let skinned_m = columns
+                .iter()
+                .zip(&self.shell.column_rest_m)
+                .map(|(skin, rest_m)| drive.skinned_m(skin, *rest_m))
+                .collect();
+            contacts.find(&self.shell.contact, skinned_m, &self.displacement);
+        }
     }
 
     fn run_substeps(&mut self, damping_factor: f32) {
@@ -252,8 +268,12 @@ impl<'a> Solver<'a> {
             for group in &self.triangles {
                 group.add_forces(self.law, &self.ahead, &mut self.force);
             }
-            // The accelerations known at the two ends of the tick, met in between.
-            let share = f32x4::splat((substep as f32 + 0.5) / self.substeps as f32);
+            // What is known at the two ends of the tick, met in between.
+            let passed = (substep as f32 + 0.5) / self.substeps as f32;
+            if let Some(contacts) = &self.contacts {
+                contacts.add_forces(passed, &self.displacement, &mut self.force);
+            }
+            let share = f32x4::splat(passed);
             for node in 0..free {
                 let drive = self.drive_before[node]
                     + (self.drive_now[node] - self.drive_before[node]) * share;

@@ -5,7 +5,7 @@ mod common;
 use common::{SHEAR_PA, clip, plain_settings, slab, slab_shell};
 use dynaskin_body::Pose;
 use dynaskin_sim::{
-    ClipLabels, GRAVITY_M_PER_S2, Shell, SimError, SimSettings, Solver, simulate_clip,
+    ClipLabels, GRAVITY_M_PER_S2, Materials, Shell, SimError, SimSettings, Solver, simulate_clip,
 };
 use glam::{DQuat, DVec3, Vec3};
 
@@ -24,8 +24,8 @@ fn shear_frequency_hz(depth_m: f32, layers: u32) -> f64 {
     let shell = slab_shell(0.4, 0.0125, depth_m, &settings);
     let mut solver = Solver::new(&shell, &settings);
     solver.step(&Pose::REST).expect("stable");
-    solver.set_state(|rest| {
-        let height = (depth_m + rest.y) / depth_m * std::f32::consts::FRAC_PI_2;
+    solver.set_state(|_, depth_share| {
+        let height = (1.0 - depth_share) * std::f32::consts::FRAC_PI_2;
         (Vec3::ZERO, Vec3::X * (0.01 * height.sin()))
     });
     let mut before = 0.0_f64;
@@ -108,10 +108,13 @@ fn undamped_energy_does_not_grow() {
         let shell = slab_shell(0.2, 0.0125, 0.03, &settings);
         let mut solver = Solver::new(&shell, &settings);
         solver.step(&Pose::REST).expect("stable");
-        solver.set_state(|rest| {
-            let height = (0.03 + rest.y) / 0.03;
-            let wave = (rest.x * 30.0).sin();
-            (Vec3::ZERO, Vec3::new(0.4, 0.2 * wave, 0.1) * height)
+        let surface = slab(0.2, 0.0125, 0.03);
+        solver.set_state(|vertex, depth_share| {
+            let wave = (surface.positions_m[vertex as usize].x * 30.0).sin();
+            (
+                Vec3::ZERO,
+                Vec3::new(0.4, 0.2 * wave, 0.1) * (1.0 - depth_share),
+            )
         });
         let start = solver.energy_joules();
         let mut largest = 0.0_f64;
@@ -234,6 +237,7 @@ fn labels() -> ClipLabels {
         body_sha256: String::new(),
         seed: 1,
         shape: [0.0; 10],
+        materials: Materials::NOMINAL,
         sim_json: "{}".to_owned(),
     }
 }

@@ -35,6 +35,9 @@ pub struct DataSet {
     pub vertices: Vec<u32>,
     /// Simulator settings of the first clip, as JSON.
     pub sim_json: String,
+    /// Clips left out because their tissue is not the usual one: the networks have no input for
+    /// material multipliers.
+    pub varied_clips: usize,
 }
 
 impl DataSet {
@@ -59,25 +62,35 @@ impl DataSet {
             });
         };
         let first = ClipData::read(&first_path)?;
-        let clips = paths
-            .into_iter()
-            .map(|path| {
-                let header = ClipHeader::read(&path)?;
-                if header.body_sha256 != body_sha256 {
-                    return Err(TrainError::OtherBody {
-                        path,
-                        expected: body_sha256.to_owned(),
-                        got: header.body_sha256,
-                    });
-                }
-                entry(path, &header, &first_path, first.vertices.len(), split)
-            })
-            .collect::<Result<_, _>>()?;
+        let mut clips = Vec::new();
+        let mut varied_clips = 0;
+        for path in paths {
+            let header = ClipHeader::read(&path)?;
+            if header.body_sha256 != body_sha256 {
+                return Err(TrainError::OtherBody {
+                    path,
+                    expected: body_sha256.to_owned(),
+                    got: header.body_sha256,
+                });
+            }
+            if header.materials.is_nominal() {
+                let vertices = first.vertices.len();
+                clips.push(entry(path, &header, &first_path, vertices, split)?);
+            } else {
+                varied_clips += 1;
+            }
+        }
+        if clips.is_empty() {
+            return Err(TrainError::EmptyData {
+                path: dir.to_owned(),
+            });
+        }
         Ok(Self {
             dir: dir.to_owned(),
             clips,
             vertices: first.vertices,
             sim_json: first.sim_json,
+            varied_clips,
         })
     }
 

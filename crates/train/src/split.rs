@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::TrainError;
 
 /// What a clip's name says: `14_06bm__s2` is trial `14_06` (part b, mirrored) of subject `14` on
-/// shape `s2`; `hop-190-090m__s0` is the procedural motion `hop` at some tempo and height, mirrored.
+/// shape `s2`, `14_06b@88__s2` the same slowed to 88 %; `hop-190-090m__s0` is the procedural motion `hop` at some tempo and height, mirrored.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClipName {
     /// The trial without part and mirror letters, or the kind of a procedural motion without its
@@ -27,6 +27,15 @@ impl ClipName {
     /// Takes a name apart; none where it is not `source__shape`.
     pub fn parse(name: &str) -> Option<Self> {
         let (source, shape) = name.rsplit_once("__")?;
+        // The speed of a time-scaled copy, perhaps mirrored: `@88`, `@88m`.
+        let source = match source.split_once('@') {
+            Some((source, percent)) => {
+                let digits = percent.strip_suffix('m').unwrap_or(percent);
+                let is_number = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+                is_number.then_some(source)?
+            }
+            None => source,
+        };
         if source.is_empty() || shape.is_empty() {
             return None;
         }
@@ -179,6 +188,8 @@ mod tests {
         };
         assert_eq!(parse("14_06b__s2"), expected("14_06", "14", "s2"));
         assert_eq!(parse("14_06bm__s2"), expected("14_06", "14", "s2"));
+        assert_eq!(parse("14_06b@88m__s2"), expected("14_06", "14", "s2"));
+        assert_eq!(parse("14_06b@x__s2"), None);
         assert_eq!(parse("127_04m__s9"), expected("127_04", "127", "s9"));
         assert_eq!(
             parse("one-leg-hop-190-090m__s0"),

@@ -11,6 +11,9 @@ use crate::MotionError;
 
 /// Length of a step per length of leg.
 const STEP_LENGTH: f64 = 0.65;
+/// Amplitude of the pelvis's rise over the standing leg per length of leg: 4-5 cm from trough to
+/// crest, as people walk at this pace.
+const VAULT: f64 = 0.026;
 /// Fraction of a step during which both feet stand.
 const DOUBLE_SUPPORT: f64 = 0.2;
 /// Angle of the sole at heel strike, in radians.
@@ -65,7 +68,7 @@ pub fn walk<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>,
         Stance {
             pelvis_shift_m: DVec3::new(
                 0.025 * to_left,
-                height.at(time) - 0.012 * gait * (TAU * phase).cos(),
+                height.at(time) - VAULT * figure.leg_m * gait * (TAU * phase).cos(),
                 ahead.at(phase),
             ),
             pelvis_turn: DVec3::new(0.03 * gait, -0.09 * left_ahead, 0.05 * to_left),

@@ -2,13 +2,15 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::io::Read as _;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-use dynaskin_body::{JOINT_COUNT, Pose, SHAPE_COUNT};
+use dynaskin_body::{JOINT_COUNT, Pose, REGION_COUNT, SHAPE_COUNT};
 use glam::{DQuat, DVec3};
 use half::f16;
 use safetensors::tensor::{Dtype, Metadata, SafeTensors};
+
+use crate::materials::Materials;
 
 use super::{ClipData, ClipHeader, DatasetError, FORMAT, VERSION};
 
@@ -34,7 +36,8 @@ impl ClipData {
             SafeTensors::read_metadata(&bytes).map_err(|e| file.malformed(e.to_string()))?;
         let tensors =
             SafeTensors::deserialize(&bytes).map_err(|e| file.malformed(e.to_string()))?;
-        let header = file.header(&metadata)?;
+        let materials = file.tensor(&tensors, "materials", Dtype::F32, &[2, REGION_COUNT])?;
+        let header = file.header(&metadata, materials)?;
         let (frames, vertices) = (header.frame_count, header.vertex_count);
 
         let offsets = file.tensor(&tensors, "offsets_m", Dtype::F16, &[frames, vertices, 3])?;
@@ -55,6 +58,7 @@ impl ClipData {
             seed: header.seed,
             sim_json: header.sim_json,
             shape: array(numbers(shape, f32::from_le_bytes)),
+            materials: header.materials,
             vertices: numbers(indices, u32::from_le_bytes).collect(),
             poses: poses(roots, rotations),
             offsets_rest_m: numbers(offsets, f16::from_le_bytes).collect(),
@@ -90,7 +94,21 @@ impl ClipHeader {
         if metadata.data_len() as u64 + 8 + size != length {
             return Err(file.malformed("it is cut off or has bytes to spare".to_owned()));
         }
-        file.header(&metadata)
+        let materials = metadata
+            .info("materials")
+            .filter(|info| info.dtype == Dtype::F32 && info.shape == [2, REGION_COUNT])
+            .ok_or_else(|| DatasetError::Tensor {
+                path: path.to_owned(),
+                tensor: "materials",
+                expected: format!("F32 [2, {REGION_COUNT}]"),
+                got: "nothing of that type and shape".to_owned(),
+            })?;
+        let mut bytes = [0; 2 * REGION_COUNT * size_of::<f32>()];
+        reader
+            .seek(SeekFrom::Start(8 + size + materials.data_offsets.0 as u64))
+            .and_then(|_| reader.read_exact(&mut bytes))
+            .map_err(|e| file.io("reading", e))?;
+        file.header(&metadata, &bytes)
     }
 }
 
@@ -115,7 +133,8 @@ impl File<'_> {
         }
     }
 
-    fn header(&self, metadata: &Metadata) -> Result<ClipHeader, DatasetError> {
+    /// `materials`: the bytes of that tensor.
+    fn header(&self, metadata: &Metadata, materials: &[u8]) -> Result<ClipHeader, DatasetError> {
         let empty = HashMap::new();
         let entries = metadata.metadata().as_ref().unwrap_or(&empty);
         let text = |key: &'static str, expected: &str| {
@@ -153,7 +172,21 @@ impl File<'_> {
                 got: shape.map_or("nothing".to_owned(), |shape| format!("{shape:?}")),
             });
         };
+        let (stiffness, damping) = materials.split_at(materials.len() / 2);
+        let materials = Materials {
+            stiffness: array(numbers(stiffness, f32::from_le_bytes)),
+            damping: array(numbers(damping, f32::from_le_bytes)),
+        };
+        if !materials.is_valid() {
+            return Err(DatasetError::Value {
+                path: self.path.to_owned(),
+                tensor: "materials",
+                frame: 0,
+                reason: "a multiplier is not between 0.25 and 4",
+            });
+        }
         Ok(ClipHeader {
+            materials,
             name: text("name", "the clip's name")?,
             body_sha256: text("body_sha256", "a hash")?,
             rate_hz,

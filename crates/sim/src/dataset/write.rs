@@ -5,6 +5,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use dynaskin_body::REGION_COUNT;
 use serde_json::{Value, json};
 
 use super::{ClipData, DatasetError, FORMAT, VERSION};
@@ -69,6 +70,12 @@ impl ClipData {
         if !self.poses.iter().all(|pose| pose.is_valid()) {
             return fail("a pose is not finite or has no unit quaternions".to_owned());
         }
+        if !self.materials.is_valid() {
+            return fail(format!(
+                "a material multiplier lies outside {:?}",
+                crate::MULTIPLIERS
+            ));
+        }
         if !self.shape.iter().all(|beta| beta.is_finite()) {
             return fail("a shape coefficient is not finite".to_owned());
         }
@@ -111,6 +118,17 @@ impl ClipData {
         );
         let shape = self.shape.iter().flat_map(|x| x.to_le_bytes()).collect();
         push("shape", "F32", json!([self.shape.len()]), shape);
+        let materials = self
+            .materials
+            .stiffness
+            .iter()
+            .chain(&self.materials.damping);
+        push(
+            "materials",
+            "F32",
+            json!([2, REGION_COUNT]),
+            materials.flat_map(|x| x.to_le_bytes()).collect(),
+        );
         let indices = self.vertices.iter().flat_map(|x| x.to_le_bytes()).collect();
         push("vertices", "U32", json!([vertices]), indices);
         let offsets = self

@@ -1,21 +1,22 @@
 //! Running the planned jobs over a pool of threads.
 
-use std::collections::HashMap;
 use std::fs;
-use std::sync::OnceLock;
+use std::io::ErrorKind;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use dynaskin_body::{REGION_COUNT, Region};
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::{Job, JobReport, Outcome, Run, RunError};
-use crate::dataset::{ClipData, ClipHeader};
-use crate::shell::{Shell, ShellError};
+use crate::calibration::largest_offsets;
+use crate::dataset::{ClipHeader, DatasetError};
+use crate::shell::Shell;
 use crate::simulate::{ClipLabels, simulate_clip};
 
 /// Number of the simulator's method: a change that alters results raises it, so that clips made
 /// before are made anew.
-const METHOD: u32 = 2;
+const METHOD: u32 = 3;
 
 /// Simulates all jobs on rayon's current pool and calls `done` after each, from any thread.
 /// Reports come back in the order of the jobs; files do not depend on the number of threads.
@@ -33,20 +34,22 @@ pub fn execute(
         reason: error.to_string(),
     })?;
     Shell::for_body(run.body, &Run::shape(0), &run.settings)?;
-    let mut shells: HashMap<usize, OnceLock<Result<Shell, ShellError>>> = HashMap::new();
-    for job in jobs {
-        shells.entry(job.shape).or_default();
-    }
+    // A full disk fails every clip: once it is known, no more time is spent.
+    let disk_full = AtomicBool::new(false);
     let reports = jobs
         .par_iter()
         .with_max_len(1)
         .map(|job| {
-            let shell = shells[&job.shape]
-                .get_or_init(|| Shell::for_body(run.body, &Run::shape(job.shape), &run.settings));
-            let outcome = match shell {
-                Ok(shell) => one(run, job, shell).unwrap_or_else(Outcome::Failed),
-                Err(error) => Outcome::Failed(error.clone().into()),
+            let outcome = if disk_full.load(Ordering::Relaxed) {
+                Outcome::Failed(RunError::DiskFull {
+                    path: clip_path(run, job),
+                })
+            } else {
+                one(run, job).unwrap_or_else(Outcome::Failed)
             };
+            if matches!(outcome, Outcome::Failed(RunError::DiskFull { .. })) {
+                disk_full.store(true, Ordering::Relaxed);
+            }
             let report = JobReport {
                 name: job.name(),
                 frames: job.frames,
@@ -59,13 +62,18 @@ pub fn execute(
     Ok(reports)
 }
 
-fn one(run: &Run<'_>, job: &Job, shell: &Shell) -> Result<Outcome, RunError> {
+fn clip_path(run: &Run<'_>, job: &Job) -> PathBuf {
+    run.out.join(format!("{}.safetensors", job.name()))
+}
+
+fn one(run: &Run<'_>, job: &Job) -> Result<Outcome, RunError> {
     let name = job.name();
-    let path = run.out.join(format!("{name}.safetensors"));
+    let path = clip_path(run, job);
     let shape = Run::shape(job.shape);
     let sim_json = json!({
         "method": METHOD,
         "shape": shape,
+        "materials": job.materials,
         "settings": run.settings,
     })
     .to_string();
@@ -90,28 +98,25 @@ fn one(run: &Run<'_>, job: &Job, shell: &Shell) -> Result<Outcome, RunError> {
         body_sha256: run.body_sha256.to_owned(),
         seed: run.seed,
         shape,
+        materials: job.materials,
         sim_json,
     };
-    let simulated = simulate_clip(shell, &clip, &run.settings, labels)?;
-    simulated.data.write(&path)?;
+    let settings = run.settings.with_materials(&job.materials);
+    let shell = Shell::for_body(run.body, &shape, &settings)?;
+    let simulated = simulate_clip(&shell, &clip, &settings, labels)?;
+    simulated.data.write(&path).map_err(|error| match error {
+        DatasetError::Io { source, .. } if is_full(&source) => RunError::DiskFull { path },
+        other => other.into(),
+    })?;
     Ok(Outcome::Written {
         substeps: simulated.substeps,
-        largest_m: largest_per_region(run, &simulated.data),
+        largest_m: largest_offsets(run.body, &simulated.data).map(|largest| largest.metres),
     })
 }
 
-/// Largest offset in metres over all frames, among the vertices that are mostly of each region.
-fn largest_per_region(run: &Run<'_>, clip: &ClipData) -> [f32; REGION_COUNT] {
-    let mut largest = [0.0_f32; REGION_COUNT];
-    for (slot, vertex) in clip.vertices.iter().enumerate() {
-        let weight = |region: Region| run.body.region_weights[region as usize][*vertex as usize];
-        let Some(region) = Region::ALL.into_iter().find(|region| weight(*region) > 0.5) else {
-            continue;
-        };
-        for frame in 0..clip.frame_count() {
-            let size = clip.offset_rest_m(frame, slot).length();
-            largest[region as usize] = largest[region as usize].max(size);
-        }
-    }
-    largest
+fn is_full(error: &std::io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge
+    )
 }

@@ -14,10 +14,13 @@ use super::RunError;
 pub enum Motion {
     /// A motion capture.
     Capture {
-        /// Name of the file without its ending.
+        /// Name of the file without its ending, with the speed in percent where that is not 100:
+        /// `14_06b@85`.
         name: String,
         /// The BVH file.
         path: PathBuf,
+        /// How many times faster than recorded.
+        speed: f64,
     },
     /// A motion made by formula.
     Procedural {
@@ -54,11 +57,11 @@ impl Motion {
             Self::Procedural { parameters, .. } => {
                 parameters.clip(joints_rest_m).map_err(failed)?
             }
-            Self::Capture { path, .. } => {
+            Self::Capture { path, speed, .. } => {
                 let bytes = fs::read(path).map_err(|error| io(path, &error))?;
                 let bvh = Bvh::parse(&bytes).map_err(failed)?;
                 let (clip, _) = retarget(&bvh, joints_rest_m).map_err(failed)?;
-                if (clip.rate_hz / MODEL_RATE_HZ - 1.0).abs() < 1e-4 {
+                let clip = if (clip.rate_hz / MODEL_RATE_HZ - 1.0).abs() < 1e-4 {
                     // "0.0166667" is meant to be 60 Hz: resampling would only blur it.
                     Clip {
                         rate_hz: MODEL_RATE_HZ,
@@ -66,6 +69,11 @@ impl Motion {
                     }
                 } else {
                     clip.resampled(MODEL_RATE_HZ).map_err(failed)?
+                };
+                if *speed == 1.0 {
+                    clip
+                } else {
+                    clip.time_scaled(*speed).map_err(failed)?
                 }
             }
         };
@@ -97,6 +105,7 @@ pub fn captures(folder: &Path) -> Result<Vec<Motion>, RunError> {
             motions.push(Motion::Capture {
                 name: name.to_owned(),
                 path,
+                speed: 1.0,
             });
         }
     }
@@ -107,6 +116,29 @@ pub fn captures(folder: &Path) -> Result<Vec<Motion>, RunError> {
     }
     motions.sort_by(|a, b| a.name().cmp(b.name()));
     Ok(motions)
+}
+
+/// Captures of kinds of motion that the CMU selection has little of: jumping jacks, jogging in place
+/// and hopping on one leg.
+const THIN_CAPTURES: [&str; 4] = ["14_06a", "14_06b", "14_20a", "49_02b"];
+/// Speeds at which thin kinds of motion are simulated besides their own, in percent.
+const THIN_SPEEDS_PERCENT: [u32; 2] = [88, 112];
+
+/// Slower and faster copies of those captures whose kind is rare.
+pub fn thin_captures(captures: &[Motion]) -> Vec<Motion> {
+    let mut copies = Vec::new();
+    for motion in captures {
+        if let Motion::Capture { name, path, .. } = motion
+            && THIN_CAPTURES.contains(&name.as_str())
+        {
+            copies.extend(THIN_SPEEDS_PERCENT.map(|percent| Motion::Capture {
+                name: format!("{name}@{percent}"),
+                path: path.clone(),
+                speed: f64::from(percent) / 100.0,
+            }));
+        }
+    }
+    copies
 }
 
 /// Motions made by formula, each at several tempos and heights around the usual ones.

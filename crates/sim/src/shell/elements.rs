@@ -1,10 +1,12 @@
 //! Tetrahedra, skin triangles, masses and damping of a shell.
 
+use dynaskin_body::SkinWeights;
 use glam::{Mat3, Vec3};
 
 use super::columns::Columns;
 use super::inner::InnerSurface;
 use super::{Shell, ShellReport, Surface};
+use crate::contact::ContactSurface;
 use crate::settings::SimSettings;
 
 /// Tetrahedra of lower quality (1 = regular) are left out: they would dictate the time step.
@@ -73,6 +75,8 @@ pub(super) fn build(
     let node_damping_per_s = (0..free)
         .map(|node| builder.damping_per_s(node % slots))
         .collect();
+    let column_rest_m: Vec<Vec3> = columns_rest_m(surface, &builder.columns);
+    let contact_stiffness = builder.contact_stiffness_n_per_m(&column_rest_m);
     let Builder { columns, inner, .. } = builder;
     let depth_m = inner.depth_m[..slots].to_vec();
     let mean = depth_m.iter().sum::<f32>() / slots as f32;
@@ -88,13 +92,22 @@ pub(super) fn build(
             depth_m.iter().copied().fold(0.0, f32::max),
         ],
     };
+    let column_skin: Vec<SkinWeights> = columns
+        .vertex
+        .iter()
+        .map(|v| surface.skin[*v as usize])
+        .collect();
     Shell {
+        contact: ContactSurface::new(
+            &column_rest_m,
+            &column_skin,
+            &columns.prisms,
+            contact_stiffness,
+            depth_m.clone(),
+        ),
         vertices: columns.vertex[..slots].to_vec(),
-        column_skin: columns
-            .vertex
-            .iter()
-            .map(|v| surface.skin[*v as usize])
-            .collect(),
+        column_skin,
+        column_rest_m,
         node_rest_m,
         node_mass_kg,
         node_damping_per_s,
@@ -117,6 +130,11 @@ fn shear_moduli_pa(settings: &SimSettings, columns: &Columns, inner: &InnerSurfa
             tissue * (1.0 + settings.edge_stiffening * fade * fade)
         })
         .collect()
+}
+
+fn columns_rest_m(surface: &Surface, columns: &Columns) -> Vec<Vec3> {
+    let at = |v: &u32| surface.positions_m[*v as usize];
+    columns.vertex.iter().map(at).collect()
 }
 
 struct Builder<'a> {
@@ -153,6 +171,25 @@ impl Builder<'_> {
             .columns
             .mixed(slot, |r| self.settings.tissues[r].damping_ratio);
         2.0 * ratio * std::f32::consts::TAU * frequency_hz
+    }
+
+    /// What each slot's column sets against pressure on its skin: the volume term's modulus times
+    /// its area over its depth.
+    fn contact_stiffness_n_per_m(&self, column_rest_m: &[Vec3]) -> Vec<f32> {
+        let mut area_m2 = vec![0.0; self.columns.vertex.len()];
+        for prism in &self.columns.prisms {
+            let [a, b, c] = prism.map(|column| column_rest_m[column as usize]);
+            let third = (b - a).cross(c - a).length() / 6.0;
+            for &column in prism {
+                area_m2[column as usize] += third;
+            }
+        }
+        (0..self.columns.slots)
+            .map(|slot| {
+                let modulus_pa = self.settings.bulk_ratio * self.shear_pa[slot];
+                modulus_pa * area_m2[slot] / self.inner.depth_m[slot]
+            })
+            .collect()
     }
 
     /// Stiffening at the shear strain of a layer under a hard landing, `rho a h / G`, at most 2:

@@ -19,6 +19,10 @@ const SURFACE_ROUNDS: usize = 12;
 /// Smoothing the inner surface changes a column's length to between these parts of itself: where
 /// the skin bulges, as at a breast, it would otherwise sink deeper than there is tissue.
 const DEPTH_KEPT: [f32; 2] = [0.7, 1.15];
+/// Rounds of turning columns that cross each other towards their neighbours, before any is cut.
+const TURN_ROUNDS: usize = 150;
+/// How many rings around a crossing are turned with it.
+const TURN_RINGS: usize = 3;
 /// Rounds of cutting depth where the inner surface folds.
 const LIMIT_ROUNDS: usize = 60;
 /// A column is cut while a face's inner copy has less than this part of its area, seen along the
@@ -95,6 +99,11 @@ impl InnerSurface {
             }
             depth_m[column] = depth_m[column].clamp(least, most);
         }
+        for _ in 0..TURN_ROUNDS {
+            if !turn_crossing(&outer, columns, &mut inward, &depth_m) {
+                break;
+            }
+        }
         let wanted_m = depth_m.clone();
         for _ in 0..LIMIT_ROUNDS {
             if !cut_folds(&outer, columns, &inward, &mut depth_m, least) {
@@ -128,15 +137,9 @@ fn rim(columns: &Columns) -> Vec<bool> {
     on_rim
 }
 
-/// Shortens the columns of folded faces; tells whether there was one.
-fn cut_folds(
-    outer_m: &[Vec3],
-    columns: &Columns,
-    inward: &[Vec3],
-    depth_m: &mut [f32],
-    least_m: f32,
-) -> bool {
-    let mut cut = vec![false; depth_m.len()];
+/// Columns of the faces whose inner copy is folded or nearly so.
+fn folded(outer_m: &[Vec3], columns: &Columns, inward: &[Vec3], depth_m: &[f32]) -> Vec<bool> {
+    let mut found = vec![false; depth_m.len()];
     for prism in &columns.prisms {
         let outer = prism.map(|c| outer_m[c as usize]);
         let inner: [Vec3; 3] = std::array::from_fn(|k| {
@@ -145,9 +148,50 @@ fn cut_folds(
         let normal = area_vector(outer);
         if area_vector(inner).dot(normal) < LEAST_AREA_RATIO * normal.length_squared() {
             for &column in prism {
-                cut[column as usize] |= depth_m[column as usize] > least_m;
+                found[column as usize] = true;
             }
         }
+    }
+    found
+}
+
+/// Makes the columns around folded faces more parallel; tells whether there was such a face. A large
+/// breast keeps its depth this way, where cutting would leave a third of it.
+fn turn_crossing(
+    outer_m: &[Vec3],
+    columns: &Columns,
+    inward: &mut [Vec3],
+    depth_m: &[f32],
+) -> bool {
+    let mut turned = folded(outer_m, columns, inward, depth_m);
+    if !turned.contains(&true) {
+        return false;
+    }
+    for _ in 0..TURN_RINGS {
+        turned = (0..turned.len())
+            .map(|c| turned[c] || columns.neighbours[c].iter().any(|&n| turned[n as usize]))
+            .collect();
+    }
+    let mean = smoothed(inward, columns, 0.5);
+    for (column, direction) in inward.iter_mut().enumerate() {
+        if turned[column] {
+            *direction = mean[column].try_normalize().unwrap_or(*direction);
+        }
+    }
+    true
+}
+
+/// Shortens the columns of folded faces; tells whether there was one.
+fn cut_folds(
+    outer_m: &[Vec3],
+    columns: &Columns,
+    inward: &[Vec3],
+    depth_m: &mut [f32],
+    least_m: f32,
+) -> bool {
+    let mut cut = folded(outer_m, columns, inward, depth_m);
+    for (cut, depth_m) in cut.iter_mut().zip(&*depth_m) {
+        *cut &= *depth_m > least_m;
     }
     let any = cut.contains(&true);
     // The neighbours give way a little too, so that no step is left beside a cut column.

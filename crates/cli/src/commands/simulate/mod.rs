@@ -1,8 +1,11 @@
 //! `dynaskin simulate`: soft-tissue clips for training.
 
+mod report;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
@@ -10,7 +13,7 @@ use clap::Args;
 use dynaskin_body::{BodyModel, REGION_COUNT, Region};
 use dynaskin_sim::{
     Job, JobReport, Motion, Outcome, Run, Shell, SimSettings, Solver, TRAINING_SHAPES, captures,
-    execute, procedurals,
+    execute, procedurals, thin_captures,
 };
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
@@ -30,8 +33,12 @@ pub struct SimulateArgs {
     #[arg(long)]
     procedural: bool,
     /// Folder to write one file per clip into; finished clips there are kept.
-    #[arg(long)]
-    out: PathBuf,
+    #[arg(long, required_unless_present = "report")]
+    out: Option<PathBuf>,
+    /// Simulate no clips, but write a page that puts the simulator beside measured bodies; with
+    /// --mocap also by captured walks and runs, with --out also the extremes of the clips there.
+    #[arg(long, value_name = "FILE.html", conflicts_with_all = ["plan", "shard", "preset"])]
+    report: Option<PathBuf>,
     /// Seed that body shapes are drawn with.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -52,12 +59,53 @@ pub struct SimulateArgs {
     /// Only clips whose name contains one of these words (several separated by commas).
     #[arg(long, value_delimiter = ',')]
     filter: Vec<String>,
+    /// Give every second clip materials of its own: stiffness and damping of each region drawn
+    /// around the usual ones.
+    #[arg(long)]
+    vary_materials: bool,
+    /// A whole data set: `full` takes the captures and the motions made by formula, mirror images,
+    /// slower and faster copies where captures are rare, and varied materials.
+    #[arg(long, value_enum)]
+    preset: Option<Preset>,
+    /// Simulate only part I of N, for running on several machines: `--shard 2/8`. All parts may
+    /// write to one folder.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// Simulator settings as JSON, all of them; `--plan` prints the usual ones.
     #[arg(long)]
     settings: Option<PathBuf>,
     /// Only print what would be simulated, how many frames and how much disk they need.
     #[arg(long)]
     plan: bool,
+}
+
+/// A ready-made choice of motions, shapes and materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Preset {
+    /// What the models are trained on.
+    Full,
+}
+
+/// One of several parts of a data set.
+#[derive(Clone, Copy, Debug)]
+struct Shard {
+    /// From 1.
+    index: usize,
+    count: usize,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/').and_then(|(index, count)| {
+            let (index, count) = (index.parse().ok()?, count.parse().ok()?);
+            (1..=count)
+                .contains(&index)
+                .then_some(Self { index, count })
+        });
+        parts.ok_or_else(|| "expected I/N with I from 1 to N, such as 2/8".to_owned())
+    }
 }
 
 /// Runs the command.
@@ -67,14 +115,27 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let body = BodyModel::from_glb(&bytes)
         .with_context(|| format!("cannot use the body {}", args.body.display()))?;
     let body_sha256 = hex(&Sha256::digest(&bytes));
+    if let Some(path) = &args.report {
+        let motions = match &args.mocap {
+            Some(folder) => captures(folder).context("no motion captures (--mocap)")?,
+            None => Vec::new(),
+        };
+        let settings = settings(args, &body)?;
+        pool(args)?
+            .install(|| report::write(path, &body, &settings, &motions, args.out.as_deref()))?;
+        say(&format!("report written to {}", path.display()));
+        return Ok(());
+    }
+    let out = args.out.clone().context("--out FOLDER is missing")?;
     let run = Run {
         body: &body,
         body_sha256: &body_sha256,
         settings: settings(args, &body)?,
         seed: args.seed,
-        out: args.out.clone(),
+        out,
         limit_frames: args.limit_frames,
         mirrored: !args.no_mirror,
+        vary_materials: args.vary_materials || args.preset == Some(Preset::Full),
         shapes: args.shapes,
     };
     let shell = Shell::for_body(&body, &Run::shape(0), &run.settings)?;
@@ -86,7 +147,19 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     if jobs.is_empty() {
         bail!("no clip is left after --filter {}", args.filter.join(","));
     }
-    print_plan(args, &jobs, &shell, &run.settings);
+    if let Some(shard) = args.shard {
+        // The jobs are sorted by length: every N-th gives parts of equal length.
+        let mut index = 0;
+        jobs.retain(|_| {
+            index += 1;
+            index % shard.count == shard.index % shard.count
+        });
+        if jobs.is_empty() {
+            say("this part has no clips: there are fewer clips than parts");
+            return Ok(());
+        }
+    }
+    print_plan(args, &jobs, &shell, &run);
     if args.plan {
         say(&format!(
             "settings: {}",
@@ -98,11 +171,8 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         return Ok(());
     }
     let start = Instant::now();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.jobs)
-        .build()?;
     let bar = progress_bar(&jobs);
-    let reports = pool.install(|| {
+    let reports = pool(args)?.install(|| {
         execute(&run, &jobs, |report| {
             if let Outcome::Failed(error) = &report.outcome {
                 bar.println(format!("failed: {}: {error}", report.name));
@@ -113,6 +183,12 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
     summarise(&reports, run.settings.substeps, start.elapsed())
+}
+
+fn pool(args: &SimulateArgs) -> anyhow::Result<rayon::ThreadPool> {
+    Ok(rayon::ThreadPoolBuilder::new()
+        .num_threads(args.jobs)
+        .build()?)
 }
 
 fn settings(args: &SimulateArgs, body: &BodyModel) -> anyhow::Result<SimSettings> {
@@ -132,9 +208,16 @@ fn settings(args: &SimulateArgs, body: &BodyModel) -> anyhow::Result<SimSettings
 fn motions(args: &SimulateArgs) -> anyhow::Result<Vec<Motion>> {
     let mut motions = match &args.mocap {
         Some(folder) => captures(folder).context("no motion captures (--mocap)")?,
+        None if args.preset == Some(Preset::Full) => {
+            bail!("--preset full needs motion captures: give their folder with --mocap FOLDER")
+        }
         None => Vec::new(),
     };
-    if args.procedural {
+    if args.preset == Some(Preset::Full) {
+        let copies = thin_captures(&motions);
+        motions.extend(copies);
+    }
+    if args.procedural || args.preset == Some(Preset::Full) {
         motions.extend(procedurals());
     }
     if motions.is_empty() {
@@ -143,7 +226,7 @@ fn motions(args: &SimulateArgs) -> anyhow::Result<Vec<Motion>> {
     Ok(motions)
 }
 
-fn print_plan(args: &SimulateArgs, jobs: &[Job], shell: &Shell, settings: &SimSettings) {
+fn print_plan(args: &SimulateArgs, jobs: &[Job], shell: &Shell, run: &Run<'_>) {
     let frames: usize = jobs.iter().map(|job| job.frames).sum();
     let tissue = shell.report();
     // Offsets in half precision, poses in double precision.
@@ -159,7 +242,7 @@ fn print_plan(args: &SimulateArgs, jobs: &[Job], shell: &Shell, settings: &SimSe
         tissue.tets,
         tissue.dropped_tets,
         tissue.mass_kg,
-        Solver::new(shell, settings).added_mass_kg() * 1e3,
+        Solver::new(shell, &run.settings).added_mass_kg() * 1e3,
         tissue.depth_m[0] * 1e3,
         tissue.depth_m[2] * 1e3,
     ));
@@ -168,7 +251,7 @@ fn print_plan(args: &SimulateArgs, jobs: &[Job], shell: &Shell, settings: &SimSe
         jobs.len(),
         frames as f64 / 3600.0,
         HumanBytes(disk),
-        args.out.display()
+        run.out.display()
     ));
 }
 

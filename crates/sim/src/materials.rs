@@ -1,0 +1,104 @@
+//! Material multipliers per region: how much stiffer or more damped a clip's tissue is than usual.
+
+use dynaskin_body::REGION_COUNT;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use crate::settings::SimSettings;
+
+/// Range of multipliers that can be simulated with the usual time step.
+pub const MULTIPLIERS: std::ops::RangeInclusive<f32> = 0.25..=4.0;
+/// Multipliers are drawn evenly on a logarithmic scale between one over these and these.
+const DRAWN_STIFFNESS: f32 = 2.0;
+const DRAWN_DAMPING: f32 = 1.6;
+
+/// Multipliers of each region's material, in [`dynaskin_body::Region::ALL`]'s order.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Materials {
+    /// Of the shear modulus and with it of the skin's stiffness; the frequency goes with its root.
+    pub stiffness: [f32; REGION_COUNT],
+    /// Of the damping ratio.
+    pub damping: [f32; REGION_COUNT],
+}
+
+impl Default for Materials {
+    fn default() -> Self {
+        Self::NOMINAL
+    }
+}
+
+impl Materials {
+    /// The usual material everywhere.
+    pub const NOMINAL: Self = Self {
+        stiffness: [1.0; REGION_COUNT],
+        damping: [1.0; REGION_COUNT],
+    };
+
+    /// Whether every multiplier is 1.
+    pub fn is_nominal(&self) -> bool {
+        *self == Self::NOMINAL
+    }
+
+    /// Whether every multiplier lies in [`MULTIPLIERS`] (clips come from files).
+    pub fn is_valid(&self) -> bool {
+        let all = self.stiffness.iter().chain(&self.damping);
+        all.into_iter().all(|value| MULTIPLIERS.contains(value))
+    }
+
+    /// Multipliers drawn around 1, each region by itself: stiffness between a half and two,
+    /// damping between 0.63 and 1.6. They depend on nothing but name and seed.
+    pub fn drawn(name: &str, seed: u64) -> Self {
+        let digest = Sha256::new()
+            .chain_update(b"materials")
+            .chain_update(seed.to_le_bytes())
+            .chain_update(name.as_bytes())
+            .finalize();
+        // Two bytes a number: 12 of the 32.
+        let drawn = |index: usize, most: f32| {
+            let bytes = [digest[2 * index], digest[2 * index + 1]];
+            let even = f32::from(u16::from_le_bytes(bytes)) / f32::from(u16::MAX);
+            most.powf(2.0 * even - 1.0)
+        };
+        Self {
+            stiffness: std::array::from_fn(|region| drawn(region, DRAWN_STIFFNESS)),
+            damping: std::array::from_fn(|region| drawn(REGION_COUNT + region, DRAWN_DAMPING)),
+        }
+    }
+}
+
+impl SimSettings {
+    /// These settings with every region's material multiplied.
+    #[must_use]
+    pub fn with_materials(&self, materials: &Materials) -> Self {
+        let mut settings = self.clone();
+        for (region, tissue) in settings.tissues.iter_mut().enumerate() {
+            tissue.shear_modulus_pa *= materials.stiffness[region];
+            tissue.skin_n_per_m *= materials.stiffness[region];
+            tissue.damping_ratio *= materials.damping[region];
+        }
+        settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drawn_multipliers_spread_around_one_and_repeat() {
+        let mut logs = Vec::new();
+        for clip in 0..200 {
+            let drawn = Materials::drawn(&format!("clip{clip}"), 1);
+            assert_eq!(drawn, Materials::drawn(&format!("clip{clip}"), 1));
+            assert!(drawn.is_valid() && !drawn.is_nominal());
+            logs.extend(drawn.stiffness.map(|x| x.log2()));
+        }
+        let mean = logs.iter().sum::<f32>() / logs.len() as f32;
+        let most = logs.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+        assert!(
+            mean.abs() < 0.05 && (0.95..=1.0).contains(&most),
+            "{mean} {most}"
+        );
+    }
+}
