@@ -166,3 +166,92 @@ fn a_reader_that_closes_the_pipe_does_not_matter() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && stderr.is_empty(), "{stderr}");
 }
+
+/// Arguments of a small simulation into `out`.
+fn small<'a>(body: &'a str, out: &'a str) -> Vec<&'a str> {
+    vec![
+        "simulate",
+        "--body",
+        body,
+        "--procedural",
+        "--out",
+        out,
+        "--limit-frames",
+        "30",
+        "--filter",
+        "twist-100-050,hop-190-090",
+    ]
+}
+
+#[test]
+fn parts_of_a_data_set_make_the_whole() {
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let body = female_body();
+    let body = body.to_str().unwrap();
+    let names = |folder: &Path| {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
+        names.sort();
+        names
+    };
+    let output = dynaskin(&small(body, whole.path().to_str().unwrap()));
+    assert!(output.status.success());
+    for part in ["1/3", "2/3", "3/3"] {
+        let mut arguments = small(body, parts.path().to_str().unwrap());
+        arguments.extend(["--shard", part]);
+        assert!(dynaskin(&arguments).status.success(), "{part}");
+    }
+    assert!(names(whole.path()).len() >= 6);
+    assert_eq!(names(whole.path()), names(parts.path()));
+    for name in names(whole.path()) {
+        let read = |folder: &Path| fs::read(folder.join(&name)).unwrap();
+        assert!(read(whole.path()) == read(parts.path()), "{name:?} differs");
+    }
+    for bad in ["0/3", "4/3", "x", "1/0", "1"] {
+        let mut arguments = small(body, parts.path().to_str().unwrap());
+        arguments.extend(["--shard", bad]);
+        assert!(refusal(&arguments).contains("such as 2/8"), "{bad}");
+    }
+}
+
+#[test]
+fn a_data_set_without_captures_and_a_report_without_its_folder_are_refused() {
+    let body = female_body();
+    let body = body.to_str().unwrap();
+    let out = ["simulate", "--body", body, "--out", "nowhere"];
+    let error = refusal(&[&out[..], &["--preset", "full"]].concat());
+    assert!(error.contains("--mocap FOLDER"), "{error}");
+    let error = refusal(&["simulate", "--body", body]);
+    assert!(error.contains("--out"), "{error}");
+}
+
+/// A limit on the size of files stands for a disk that fills up: writing fails in the middle.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_stops_the_run_and_a_second_run_finishes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = female_body();
+    let arguments = small(body.to_str().unwrap(), folder.path().to_str().unwrap());
+    let output = Command::new("bash")
+        .args(["-c", "trap '' XFSZ; ulimit -f 200; exec \"$0\" \"$@\""])
+        .arg(env!("CARGO_BIN_EXE_dynaskin"))
+        .args(&arguments)
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(!error.contains("panicked"), "{error}");
+    assert!(
+        error.contains("the disk is full") && error.contains("same command"),
+        "{error}"
+    );
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "no half-written file stays"
+    );
+    let output = dynaskin(&arguments);
+    assert!(output.status.success());
+}

@@ -113,7 +113,10 @@ pub enum DatasetError {
         reason: String,
     },
     /// A safetensors file whose metadata are not those of a clip of this version.
-    #[error("{path}: metadata `{key}` should be {expected}, found {got}")]
+    #[error(
+        "{path}: metadata `{key}` should be {expected}, found {got}; clips of older versions have \
+         to be simulated again"
+    )]
     Metadata {
         /// The file.
         path: PathBuf,

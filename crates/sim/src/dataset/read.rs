@@ -36,6 +36,7 @@ impl ClipData {
             SafeTensors::read_metadata(&bytes).map_err(|e| file.malformed(e.to_string()))?;
         let tensors =
             SafeTensors::deserialize(&bytes).map_err(|e| file.malformed(e.to_string()))?;
+        file.check_format(&metadata)?;
         let materials = file.tensor(&tensors, "materials", Dtype::F32, &[2, REGION_COUNT])?;
         let header = file.header(&metadata, materials)?;
         let (frames, vertices) = (header.frame_count, header.vertex_count);
@@ -94,6 +95,7 @@ impl ClipHeader {
         if metadata.data_len() as u64 + 8 + size != length {
             return Err(file.malformed("it is cut off or has bytes to spare".to_owned()));
         }
+        file.check_format(&metadata)?;
         let materials = metadata
             .info("materials")
             .filter(|info| info.dtype == Dtype::F32 && info.shape == [2, REGION_COUNT])
@@ -133,6 +135,19 @@ impl File<'_> {
         }
     }
 
+    /// Checked first: a file of another version may lack anything else.
+    fn check_format(&self, metadata: &Metadata) -> Result<(), DatasetError> {
+        let empty = HashMap::new();
+        let entries = metadata.metadata().as_ref().unwrap_or(&empty);
+        for (key, expected) in [("format", FORMAT), ("version", VERSION)] {
+            let got = entries.get(key).map_or("nothing", String::as_str);
+            if got != expected {
+                return Err(self.metadata(key, expected, got));
+            }
+        }
+        Ok(())
+    }
+
     /// `materials`: the bytes of that tensor.
     fn header(&self, metadata: &Metadata, materials: &[u8]) -> Result<ClipHeader, DatasetError> {
         let empty = HashMap::new();
@@ -143,12 +158,6 @@ impl File<'_> {
                 .cloned()
                 .ok_or_else(|| self.metadata(key, expected, "nothing"))
         };
-        for (key, expected) in [("format", FORMAT), ("version", VERSION)] {
-            let got = text(key, expected)?;
-            if got != expected {
-                return Err(self.metadata(key, expected, &got));
-            }
-        }
         let rate = text("rate_hz", "a number above 0")?;
         let rate_hz = rate
             .parse()
