@@ -20,20 +20,9 @@ pub enum BodyError {
         /// What the model has.
         got: String,
     },
-    /// A SMPL-family file is not a readable `.npz` archive.
-    #[error("body .npz: {reason}")]
-    Npz {
-        /// What the reader met.
-        reason: String,
-    },
-    /// An array of a SMPL-family `.npz` file is missing or has another type, shape or content.
-    #[error("body .npz, array `{key}`: expected {expected}, got {got}")]
-    NpzArray {
-        /// Key of the array.
-        key: &'static str,
-        /// Type, shape or range it should have.
-        expected: String,
-        /// What the file holds.
-        got: String,
-    },
+    /// A SMPL-family file is no readable `.npz` archive, or an array in it is missing or has another
+    /// type, shape or content.
+    #[cfg(feature = "smpl")]
+    #[error("body .npz: {0}")]
+    Npz(#[from] dynaskin_npz::NpzError),
 }

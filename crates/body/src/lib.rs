@@ -32,5 +32,6 @@ pub use region::{REGION_COUNT, Region};
 pub use sex::Sex;
 pub use skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};
 pub use skinning::{
-    SkinMatrices, skin_dual_quaternion, skin_linear, unpose_dual_quaternion, unpose_linear,
+    SkinMatrices, Unposing, skin_dual_quaternion, skin_linear, unpose_dual_quaternion,
+    unpose_linear,
 };

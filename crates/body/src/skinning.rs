@@ -4,7 +4,7 @@
 //! the world, per vertex. Unposing inverts the map of each vertex, so an offset measured in the
 //! world becomes an offset in the rest pose.
 
-use glam::{Affine3A, DMat3, Mat3A, Quat, Vec3, Vec3A};
+use glam::{Affine3A, DMat3, DVec3, Mat3A, Quat, Vec3, Vec3A};
 
 use crate::{JOINT_COUNT, Pose, SkinWeights};
 
@@ -49,6 +49,43 @@ impl SkinMatrices {
     }
 }
 
+impl SkinMatrices {
+    /// Inverse of the blended transform of one vertex, in double precision (single would lose
+    /// 1e-5 m where a blend is nearly singular): `rest = linear * (world - translation)`.
+    ///
+    /// Where opposite rotations cancel, the blended matrix is singular; such a vertex keeps the
+    /// rotation of its first joint.
+    #[inline]
+    pub fn unposing(&self, skin: &SkinWeights) -> Unposing {
+        let mut blended = self.blended(skin);
+        if blended.matrix3.determinant().abs() < 1e-3 {
+            blended = self.world_from_rest[skin.joints[0] as usize];
+        }
+        let linear = DMat3::from_cols_array(&blended.matrix3.to_cols_array().map(f64::from));
+        Unposing {
+            linear: linear.inverse(),
+            translation_m: Vec3::from(blended.translation).as_dvec3(),
+        }
+    }
+}
+
+/// The map of one vertex from the world back to the rest pose.
+#[derive(Clone, Copy, Debug)]
+pub struct Unposing {
+    /// Inverse of the blended matrix.
+    pub linear: DMat3,
+    /// Translation of the blended transform in metres.
+    pub translation_m: DVec3,
+}
+
+impl Unposing {
+    /// The rest position of a world position, in metres.
+    #[inline]
+    pub fn rest_m(&self, world_m: Vec3) -> DVec3 {
+        self.linear * (world_m.as_dvec3() - self.translation_m)
+    }
+}
+
 /// Linear-blend skinning (both papers' Eq. 1): `rest_m` to `world_m`, metres, `[vertex]`.
 ///
 /// # Panics
@@ -67,8 +104,7 @@ pub fn skin_linear(
 
 /// Inverse of [`skin_linear`] per vertex: `world_m` to `rest_m`.
 ///
-/// Where opposite rotations cancel, the blended matrix is singular; such a vertex keeps the
-/// rotation of its first joint.
+/// A vertex whose blend is singular is handled as [`SkinMatrices::unposing`] says.
 ///
 /// # Panics
 /// When the slices differ in length.
@@ -80,14 +116,7 @@ pub fn unpose_linear(
 ) {
     assert!(world_m.len() == skin.len() && world_m.len() == rest_m.len());
     for ((world, skin), rest) in world_m.iter().zip(skin).zip(rest_m) {
-        let mut blended = matrices.blended(skin);
-        if blended.matrix3.determinant().abs() < 1e-3 {
-            blended = matrices.world_from_rest[skin.joints[0] as usize];
-        }
-        // In double precision: single would lose the 1e-5 m where a blend is nearly singular.
-        let linear = DMat3::from_cols_array(&blended.matrix3.to_cols_array().map(f64::from));
-        let local_m = world.as_dvec3() - Vec3::from(blended.translation).as_dvec3();
-        *rest = (linear.inverse() * local_m).as_vec3();
+        *rest = matrices.unposing(skin).rest_m(*world).as_vec3();
     }
 }
 

@@ -7,6 +7,7 @@
 use std::io::{Cursor, Write};
 
 use dynaskin_body::{BodyError, BodyModel, Joint, Pose, SHAPE_COUNT};
+use dynaskin_npz::NpzError;
 use glam::{DQuat, Vec3};
 use npyz::{AutoSerialize, Order, WriterBuilder};
 use proptest::prelude::*;
@@ -281,7 +282,7 @@ fn fewer_shapes_and_no_pose_correctives_are_fine() {
 
 fn assert_array_error(outcome: Result<BodyModel, BodyError>, expected: &str) {
     match outcome {
-        Err(BodyError::NpzArray { key, .. }) => assert_eq!(key, expected),
+        Err(BodyError::Npz(NpzError::Array { key, .. })) => assert_eq!(key, expected),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("a body with a wrong `{expected}` was taken"),
     }
@@ -353,7 +354,10 @@ fn headers_that_lie_are_refused() {
 fn what_is_no_archive_is_refused() {
     for bytes in [&b""[..], b"PK", b"\x80\x04 a pickle"] {
         let error = BodyModel::from_smpl_npz(bytes).unwrap_err();
-        assert!(matches!(error, BodyError::Npz { .. }), "{error}");
+        assert!(
+            matches!(error, BodyError::Npz(NpzError::Archive { .. })),
+            "{error}"
+        );
     }
 }
 

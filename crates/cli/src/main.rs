@@ -18,6 +18,10 @@ enum Command {
     Body(commands::body::BodyCommand),
     /// Simulate soft tissue under motions: training data.
     Simulate(commands::simulate::SimulateArgs),
+    /// Fit a body to a mesh sequence: shape, poses and soft-tissue offsets.
+    Fit(commands::fit::FitArgs),
+    /// Fit simulated sequences, whose truth is known, and print how far off the fits are.
+    FitCheck(commands::fit_check::FitCheckArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
     Train(commands::train::TrainArgs),
     /// Measure a bundle on the clips that it was not trained on.
@@ -28,6 +32,8 @@ fn main() -> anyhow::Result<()> {
     match Cli::parse().command {
         Command::Body(command) => commands::body::run(&command),
         Command::Simulate(args) => commands::simulate::run(&args),
+        Command::Fit(args) => commands::fit::run(&args),
+        Command::FitCheck(args) => commands::fit_check::run(&args),
         Command::Train(args) => commands::train::run(&args),
         Command::Evaluate(args) => commands::train::run_evaluate(&args),
     }

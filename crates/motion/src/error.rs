@@ -3,7 +3,7 @@
 use dynaskin_body::Joint;
 
 /// A motion file, clip or parameter that cannot be used, with the place and what would be right.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
     /// The text is not the BVH that was expected at this line.
@@ -110,6 +110,13 @@ pub enum MotionError {
         /// Largest accepted distance in metres.
         limit_m: f64,
     },
+    /// An AMASS-like `.npz` file cannot be used.
+    #[cfg(feature = "amass")]
+    #[error(
+        "motion .npz: {0}; expected are `poses` [frames, 72, 156 or 165], `trans` [frames, 3] and \
+         `mocap_framerate`, as AMASS has them"
+    )]
+    Amass(#[from] dynaskin_npz::NpzError),
     /// A parameter is outside its range.
     #[error("{name} is {got}, expected {expected}")]
     Parameter {

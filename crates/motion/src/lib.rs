@@ -1,11 +1,15 @@
 //! Motion clips for the body's skeleton: readers, procedural test motions, retargeting, resampling.
 
+#[cfg(feature = "amass")]
+mod amass;
 mod bvh;
 mod clip;
 mod error;
 mod procedural;
 mod retarget;
 
+#[cfg(feature = "amass")]
+pub use amass::{Amass, UpAxis};
 pub use bvh::{Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
 pub use clip::{Clip, MAX_CLIP_FRAMES, MODEL_RATE_HZ};
 pub use error::MotionError;

@@ -1,6 +1,8 @@
 //! One module per subcommand.
 
 pub mod body;
+pub mod fit;
+pub mod fit_check;
 pub mod simulate;
 pub mod train;
 

@@ -15,6 +15,8 @@ use glam::{DQuat, DVec3, Vec3};
 
 use crate::{Bvh, Clip, MotionError};
 use align::{Alignment, SoleReference};
+#[cfg(feature = "amass")]
+pub(crate) use floor::put_on_floor;
 use mapping::{Drive, Mapping};
 pub use mapping::{JointReport, LengthUnit};
 

@@ -1,10 +1,11 @@
-//! The motions of a data set: captures from BVH files and motions made by formula.
+//! The motions of a data set: captures from BVH or AMASS-like files and motions made by formula.
 
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use dynaskin_body::JOINT_COUNT;
-use dynaskin_motion::{Bvh, Clip, MODEL_RATE_HZ, Procedural, ProceduralKind, retarget};
+use dynaskin_motion::{Amass, Bvh, Clip, MODEL_RATE_HZ, Procedural, ProceduralKind, retarget};
 use glam::Vec3;
 
 use super::RunError;
@@ -17,7 +18,7 @@ pub enum Motion {
         /// Name of the file without its ending, with the speed in percent where that is not 100:
         /// `14_06b@85`.
         name: String,
-        /// The BVH file.
+        /// The BVH file, or an AMASS-like `.npz`.
         path: PathBuf,
         /// How many times faster than recorded.
         speed: f64,
@@ -59,8 +60,13 @@ impl Motion {
             }
             Self::Capture { path, speed, .. } => {
                 let bytes = fs::read(path).map_err(|error| io(path, &error))?;
-                let bvh = Bvh::parse(&bytes).map_err(failed)?;
-                let (clip, _) = retarget(&bvh, joints_rest_m).map_err(failed)?;
+                let clip = if ends_with(path, "npz") {
+                    let motion = Amass::read(Cursor::new(bytes)).map_err(failed)?;
+                    motion.clip(joints_rest_m)
+                } else {
+                    let bvh = Bvh::parse(&bytes).map_err(failed)?;
+                    retarget(&bvh, joints_rest_m).map_err(failed)?.0
+                };
                 let clip = if (clip.rate_hz / MODEL_RATE_HZ - 1.0).abs() < 1e-4 {
                     // "0.0166667" is meant to be 60 Hz: resampling would only blur it.
                     Clip {
@@ -89,7 +95,13 @@ fn io(path: &Path, error: &std::io::Error) -> RunError {
     }
 }
 
-/// The captures of a folder, by name.
+fn ends_with(path: &Path, ending: &str) -> bool {
+    path.extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case(ending))
+}
+
+/// The captures of a folder, by name: BVH files and AMASS-like `.npz` files. AMASS's `shape.npz`,
+/// which holds no motion, is passed over.
 ///
 /// # Errors
 /// [`RunError::Io`] if the folder cannot be read, [`RunError::NoCaptures`] if it holds none.
@@ -97,11 +109,10 @@ pub fn captures(folder: &Path) -> Result<Vec<Motion>, RunError> {
     let mut motions = Vec::new();
     for entry in fs::read_dir(folder).map_err(|error| io(folder, &error))? {
         let path = entry.map_err(|error| io(folder, &error))?.path();
-        let is_bvh = path
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("bvh"));
+        let is_motion = ends_with(&path, "bvh")
+            || (ends_with(&path, "npz") && path.file_name() != Some("shape.npz".as_ref()));
         let stem = path.file_stem().and_then(|stem| stem.to_str());
-        if let (true, Some(name)) = (is_bvh, stem) {
+        if let (true, Some(name)) = (is_motion, stem) {
             motions.push(Motion::Capture {
                 name: name.to_owned(),
                 path,

@@ -26,7 +26,7 @@ pub struct SimulateArgs {
     /// Body model, a GLB built by `dynaskin body build`.
     #[arg(long)]
     body: PathBuf,
-    /// Folder of motion captures (BVH).
+    /// Folder of motion captures: BVH files, or AMASS-like .npz files.
     #[arg(long)]
     mocap: Option<PathBuf>,
     /// Also simulate the motions made by formula.

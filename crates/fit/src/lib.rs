@@ -1,0 +1,28 @@
+//! Fits the body model to mesh sequences that have its topology.
+//!
+//! Casas & Otaduy (2018), Eqs. 4-5, and DSNet (2021), Eq. 5: shape coefficients β from the first
+//! frame, joint rotations θ and root translation of every frame by least squares with rigidity
+//! weights in the *unposed* state, then the offsets of the soft tissue,
+//! `Δ = unpose(S) - (T + M_S(β) + M_P(θ))`, in metres in the rest pose.
+//!
+//! [`Scans`] reads sequences, [`fit_sequence`] fits them, [`FittedSequence`] goes out as an
+//! AMASS-like `.npz` or as a clip that `dynaskin train` takes. [`check_fit`] measures all of it on
+//! simulated sequences whose truth is known.
+
+mod check;
+mod error;
+mod output;
+mod problem;
+mod rigidity;
+mod scans;
+mod sequence;
+mod solve;
+mod start;
+mod tree;
+
+pub use check::{Case, CaseReport, CheckOptions, check_fit};
+pub use error::FitError;
+pub use problem::Objective;
+pub use rigidity::Rigidity;
+pub use scans::{ScanOptions, ScanUnit, Scans};
+pub use sequence::{FitOptions, FittedFrame, FittedSequence, fit_sequence};

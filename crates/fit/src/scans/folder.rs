@@ -1,0 +1,160 @@
+//! A folder with one mesh file a frame.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dynaskin_body::BodyModel;
+use glam::Vec3;
+
+use super::{check_frames, obj_file, ply_file, vertex_count};
+use crate::FitError;
+
+/// Larger than any mesh of a body: a million vertices as text.
+const MAX_FILE_BYTES: u64 = 256 << 20;
+
+/// Positions and faces of one file.
+pub(super) struct Mesh {
+    pub positions: Vec<Vec3>,
+    /// Vertex indices of each face, of any number of corners; empty for bare points.
+    pub faces: Vec<Vec<u32>>,
+}
+
+/// The positions of all files of the folder, `[frame][vertex]`, in the files' unit.
+pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitError> {
+    let (mut objs, mut plys) = (Vec::new(), Vec::new());
+    let io = |source| FitError::Io {
+        path: folder.to_owned(),
+        action: "listing",
+        source,
+    };
+    for entry in fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        let ends_with = |ending| {
+            path.extension()
+                .is_some_and(|end| end.eq_ignore_ascii_case(ending))
+        };
+        if ends_with("obj") {
+            objs.push(path);
+        } else if ends_with("ply") {
+            plys.push(path);
+        }
+    }
+    let path = folder.to_owned();
+    let (paths, read): (_, fn(&Path, &[u8]) -> Result<Mesh, FitError>) =
+        match (objs.is_empty(), plys.is_empty()) {
+            (true, true) => return Err(FitError::NoMeshes { path }),
+            (false, false) => return Err(FitError::MixedKinds { path }),
+            (false, true) => (sorted(objs), obj_file::parse),
+            (true, false) => (sorted(plys), ply_file::parse),
+        };
+    check_frames(folder, paths.len(), body.vertex_count())?;
+    let mut positions = Vec::with_capacity(paths.len() * body.vertex_count());
+    for path in &paths {
+        let mesh = read(path, &bytes(path)?)?;
+        if mesh.positions.len() != body.vertex_count() {
+            return Err(vertex_count(path, body, mesh.positions.len()));
+        }
+        check_faces(path, body, &mesh.faces)?;
+        positions.extend(mesh.positions);
+    }
+    Ok(positions)
+}
+
+/// By name, with numbers inside names in the order of their values: `scan2` before `scan10`.
+fn sorted(mut paths: Vec<PathBuf>) -> Vec<PathBuf> {
+    paths.sort_by_cached_key(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        (natural_key(&name), name.into_owned())
+    });
+    paths
+}
+
+/// Runs of digits become their length (without leading zeros) and themselves, so that they compare
+/// as numbers.
+fn natural_key(name: &str) -> Vec<(usize, String)> {
+    name.as_bytes()
+        .chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit())
+        .map(|run| {
+            let run = String::from_utf8_lossy(run);
+            if run.starts_with(|c: char| c.is_ascii_digit()) {
+                let digits = run.trim_start_matches('0');
+                (1 + digits.len(), digits.to_owned())
+            } else {
+                (0, run.into_owned())
+            }
+        })
+        .collect()
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>, FitError> {
+    let io = |action| {
+        move |source| FitError::Io {
+            path: path.to_owned(),
+            action,
+            source,
+        }
+    };
+    let length = fs::metadata(path).map_err(io("opening"))?.len();
+    if length > MAX_FILE_BYTES {
+        return Err(FitError::TooLarge {
+            path: path.to_owned(),
+            got: format!("{length} bytes"),
+            limit: format!("{MAX_FILE_BYTES} bytes"),
+        });
+    }
+    fs::read(path).map_err(io("reading"))
+}
+
+/// Faces, where a file has them, must be the body's: a mesh of equally many vertices in another
+/// order would be fitted to nonsense. The order of faces and corners does not matter, and quads may
+/// be split along either diagonal: every edge must be one of the body's.
+fn check_faces(path: &Path, body: &BodyModel, faces: &[Vec<u32>]) -> Result<(), FitError> {
+    if faces.is_empty() {
+        return Ok(());
+    }
+    let other = |what, expected: String, got| FitError::Topology {
+        path: path.to_owned(),
+        what,
+        expected,
+        got,
+    };
+    let known: std::collections::HashSet<(u32, u32)> =
+        body.faces.iter().flat_map(edges_of).collect();
+    for (index, face) in faces.iter().enumerate() {
+        if face.len() < 3 {
+            let got = format!("{} corners in face {index}", face.len());
+            return Err(other("a face", "3 or more".to_owned(), got));
+        }
+        let unknown = edges_of(face).filter(|edge| !known.contains(edge)).count();
+        if unknown > 0 {
+            let got = format!("{face:?} (face {index}), whose edges the body has not");
+            return Err(other("a face", "others".to_owned(), got));
+        }
+    }
+    Ok(())
+}
+
+/// The edges around a face, each with the lower index first.
+fn edges_of<T: AsRef<[u32]>>(face: &T) -> impl Iterator<Item = (u32, u32)> {
+    let corners = face.as_ref();
+    (0..corners.len()).map(move |corner| {
+        let (a, b) = (corners[corner], corners[(corner + 1) % corners.len()]);
+        (a.min(b), a.max(b))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_names_sort_as_numbers() {
+        let names = ["a10.obj", "a9.obj", "a009b.obj", "a.obj", "b1.obj"];
+        let paths = sorted(names.iter().map(PathBuf::from).collect());
+        let got: Vec<_> = paths
+            .iter()
+            .map(|path| path.to_str().unwrap_or(""))
+            .collect();
+        assert_eq!(got, ["a.obj", "a9.obj", "a009b.obj", "a10.obj", "b1.obj"]);
+    }
+}

@@ -1,0 +1,264 @@
+//! Fitting a whole sequence: β from the first frame, then every frame's pose, then Δ.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use dynaskin_body::{BodyModel, Pose, SHAPE_COUNT, SkinMatrices, unpose_linear};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::problem::{Estimate, Objective, Problem, moving};
+use crate::rigidity::{self, Rigidity};
+use crate::solve::solve;
+use crate::start::{Parts, pose_by_parts};
+use crate::{FitError, Scans};
+
+/// Frames fitted one after the other, each from the one before; such runs are fitted in parallel,
+/// so that results do not depend on the number of threads.
+const RUN_FRAMES: usize = 32;
+/// Frames that rigidity is learned from, at most.
+const RIGIDITY_FRAMES: usize = 60;
+/// How often rigidity is learned, each time from a fit with the one before.
+const RIGIDITY_PASSES: usize = 3;
+/// Steps at most where β is fitted, too, and where only the pose is.
+const SHAPE_STEPS: usize = 60;
+const POSE_STEPS: usize = 30;
+/// Farthest RMS distance of the rigid skin in the first frame that still is a fit, in metres.
+const NO_FIT_M: f64 = 0.06;
+
+/// How to fit.
+#[derive(Clone, Debug)]
+pub struct FitOptions {
+    /// Where differences are measured.
+    pub objective: Objective,
+    /// Where the rigidity weights come from.
+    pub rigidity: Rigidity,
+    /// Shape coefficients known beforehand, in standard deviations; none fits them to the first
+    /// frame.
+    pub shape: Option<[f32; SHAPE_COUNT]>,
+    /// Whether the offsets are counted from the subject's own surface: what is left of the first
+    /// frame after fitting its β is then no soft tissue, but a body that ten coefficients cannot
+    /// make, and is taken away from every frame. The first frame must then be at rest.
+    pub own_surface: bool,
+}
+
+impl FitOptions {
+    /// Unposed, with rigidity from the body where it has soft regions, else from the scans.
+    pub fn for_body(body: &BodyModel) -> Self {
+        Self {
+            objective: Objective::Unposed,
+            rigidity: if body.region_weights.is_empty() {
+                Rigidity::Data
+            } else {
+                Rigidity::Body
+            },
+            shape: None,
+            own_surface: false,
+        }
+    }
+}
+
+/// One fitted frame.
+#[derive(Clone, Debug)]
+pub struct FittedFrame {
+    /// The pose, in the project's conventions.
+    pub pose: Pose,
+    /// Offsets Δ in the rest pose in metres, `[vertex]`, before skinning.
+    pub offsets_rest_m: Vec<Vec3>,
+    /// RMS distance of the rigid skin from the scan, in metres.
+    pub rigid_distance_m: f32,
+}
+
+/// A fitted sequence.
+#[derive(Clone, Debug)]
+pub struct FittedSequence {
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// Shape coefficients β in standard deviations.
+    pub shape: [f32; SHAPE_COUNT],
+    /// Rigidity weight of each vertex, 0 to 1.
+    pub rigidity: Vec<f64>,
+    /// The frames, at least one.
+    pub frames: Vec<FittedFrame>,
+}
+
+/// What all frames of a sequence share.
+struct Fitter<'a> {
+    body: &'a BodyModel,
+    objective: Objective,
+    moving: Vec<u32>,
+    parts: Parts,
+}
+
+/// Fits `body` to `scans` on rayon's current pool and calls `done` with the number of frames done
+/// so far, from any thread.
+///
+/// # Errors
+/// [`FitError::NoFit`] where the first frame is no mesh of this body in this order,
+/// [`FitError::Body`] for rigidity that the body does not tell, [`FitError::Parameter`] for β or
+/// weights that are none, [`FitError::Topology`] for scans of another body.
+pub fn fit_sequence(
+    body: &BodyModel,
+    scans: &Scans,
+    options: &FitOptions,
+    done: impl Fn(usize) + Sync,
+) -> Result<FittedSequence, FitError> {
+    if scans.vertex_count != body.vertex_count() {
+        return Err(FitError::Topology {
+            path: scans.path.clone(),
+            what: "the number of vertices",
+            expected: body.vertex_count().to_string(),
+            got: scans.vertex_count.to_string(),
+        });
+    }
+    let fitter = Fitter {
+        body,
+        objective: options.objective,
+        moving: moving(body),
+        parts: Parts::new(body),
+    };
+    let mut weights = options.rigidity.weights(body)?;
+    let mut first = fitter.first(scans.frame_m(0), &weights, options.shape)?;
+    if options.rigidity == Rigidity::Data {
+        let stride = scans.frame_count().div_ceil(RIGIDITY_FRAMES);
+        let some: Vec<usize> = (0..scans.frame_count()).step_by(stride).collect();
+        for _ in 0..RIGIDITY_PASSES {
+            let frames: Vec<Vec<Vec3>> = some
+                .par_iter()
+                .map(|&frame| {
+                    let scan_m = scans.frame_m(frame);
+                    let estimate = fitter.pose(scan_m, &weights, &first, None);
+                    fitter.offsets_rest_m(scan_m, &estimate)
+                })
+                .collect();
+            weights = rigidity::from_offsets(&frames, body.vertex_count());
+            first = fitter.first(scans.frame_m(0), &weights, options.shape)?;
+        }
+    }
+    let finished = AtomicUsize::new(0);
+    let frames: Vec<usize> = (0..scans.frame_count()).collect();
+    let runs: Vec<Vec<FittedFrame>> = frames
+        .par_chunks(RUN_FRAMES)
+        .with_max_len(1)
+        .map(|run| {
+            let mut before: Option<Pose> = None;
+            run.iter()
+                .map(|&frame| {
+                    let scan_m = scans.frame_m(frame);
+                    let estimate = fitter.pose(scan_m, &weights, &first, before.as_ref());
+                    let problem = fitter.problem(scan_m, &weights, false);
+                    let fitted = FittedFrame {
+                        offsets_rest_m: fitter.offsets_rest_m(scan_m, &estimate),
+                        rigid_distance_m: problem.distance_m(&estimate) as f32,
+                        pose: estimate.pose,
+                    };
+                    before = Some(fitted.pose.clone());
+                    done(finished.fetch_add(1, Ordering::Relaxed) + 1);
+                    fitted
+                })
+                .collect()
+        })
+        .collect();
+    let mut frames: Vec<FittedFrame> = runs.into_iter().flatten().collect();
+    if options.own_surface {
+        let own_m = frames[0].offsets_rest_m.clone();
+        for frame in &mut frames {
+            for (offset, own) in frame.offsets_rest_m.iter_mut().zip(&own_m) {
+                *offset -= *own;
+            }
+        }
+    }
+    Ok(FittedSequence {
+        rate_hz: scans.rate_hz,
+        shape: first.shape.map(|beta| beta as f32),
+        rigidity: weights,
+        frames,
+    })
+}
+
+impl<'a> Fitter<'a> {
+    fn problem<'b>(
+        &'b self,
+        scan_m: &'b [Vec3],
+        weights: &'b [f64],
+        fit_shape: bool,
+    ) -> Problem<'b> {
+        Problem {
+            body: self.body,
+            objective: self.objective,
+            scan_m,
+            weights,
+            moving: &self.moving,
+            fit_shape,
+        }
+    }
+
+    /// The first frame: pose and, unless it is known, shape.
+    fn first(
+        &self,
+        scan_m: &[Vec3],
+        weights: &[f64],
+        known: Option<[f32; SHAPE_COUNT]>,
+    ) -> Result<Estimate, FitError> {
+        let shape = known.unwrap_or_default();
+        if !shape.iter().all(|beta| beta.abs() <= 10.0) {
+            return Err(FitError::Parameter {
+                name: "the shape",
+                got: format!("{shape:?}"),
+                expected: "coefficients between -10 and 10 standard deviations",
+            });
+        }
+        let mut estimate = Estimate::new(self.body, Pose::REST, shape.map(f64::from));
+        estimate.pose = pose_by_parts(&estimate.shaped, scan_m, weights, &self.parts);
+        estimate = solve(&self.problem(scan_m, weights, false), estimate, 5);
+        if known.is_none() {
+            estimate = solve(&self.problem(scan_m, weights, true), estimate, SHAPE_STEPS);
+        } else {
+            estimate = solve(&self.problem(scan_m, weights, false), estimate, POSE_STEPS);
+        }
+        let distance_m = self.problem(scan_m, weights, false).distance_m(&estimate);
+        if distance_m <= NO_FIT_M {
+            Ok(estimate)
+        } else {
+            Err(FitError::NoFit {
+                frame: 0,
+                distance_m,
+                limit_m: NO_FIT_M,
+            })
+        }
+    }
+
+    /// A frame of the shape of `first`, from the pose `before` it or by parts: whichever is nearer.
+    fn pose(
+        &self,
+        scan_m: &[Vec3],
+        weights: &[f64],
+        first: &Estimate,
+        before: Option<&Pose>,
+    ) -> Estimate {
+        let problem = self.problem(scan_m, weights, false);
+        let with_pose = |pose| Estimate {
+            pose,
+            ..first.clone()
+        };
+        let by_parts = pose_by_parts(&first.shaped, scan_m, weights, &self.parts);
+        let mut start = with_pose(by_parts);
+        if let Some(before) = before {
+            let warm = with_pose(before.clone());
+            if problem.cost(&warm) < problem.cost(&start) {
+                start = warm;
+            }
+        }
+        solve(&problem, start, POSE_STEPS)
+    }
+
+    /// DSNet Eq. 5: the unposed scan minus template, shape and pose correctives.
+    fn offsets_rest_m(&self, scan_m: &[Vec3], estimate: &Estimate) -> Vec<Vec3> {
+        let matrices = SkinMatrices::new(&estimate.pose, &estimate.shaped.joints_m);
+        let mut offsets_m = vec![Vec3::ZERO; scan_m.len()];
+        unpose_linear(scan_m, &self.body.skin, &matrices, &mut offsets_m);
+        for (offset, rest) in offsets_m.iter_mut().zip(estimate.rest_m(self.body)) {
+            *offset -= rest;
+        }
+        offsets_m
+    }
+}
