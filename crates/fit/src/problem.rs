@@ -30,11 +30,8 @@ pub enum Objective {
 /// Position of the root's columns: first, then three for every joint, then β.
 const ROTATION: usize = 3;
 const SHAPE: usize = ROTATION + 3 * JOINT_COUNT;
-/// Scale in metres of the robust loss (Cauchy's): residuals far above it, stray vertices, pull less
-/// and less.
-const ROBUST_M: f64 = 0.02;
 /// Weight of β² against the mean rigidity: decides only where the scan says nothing.
-const SHAPE_PRIOR: f64 = 1e-9;
+const SHAPE_PRIOR: f64 = 1e-10;
 
 /// What is being fitted to one scan.
 pub(crate) struct Problem<'a> {
@@ -48,6 +45,9 @@ pub(crate) struct Problem<'a> {
     pub moving: &'a [u32],
     /// Whether β is fitted, too.
     pub fit_shape: bool,
+    /// Scale in metres of the robust loss (Cauchy's): residuals far above it, stray vertices, pull
+    /// less and less.
+    pub robust_m: f64,
 }
 
 /// An estimate of one frame's parameters.
@@ -193,10 +193,21 @@ impl Problem<'_> {
             .filter(|(_, weight)| **weight > 0.0)
             .map(|(vertex, weight)| {
                 let size_m = self.residual(&frame, vertex).0.length();
-                weight * loss(size_m)
+                weight * self.loss(size_m)
             })
             .sum();
         sum + 0.5 * self.prior() * estimate.shape.iter().map(|beta| beta * beta).sum::<f64>()
+    }
+
+    /// Cauchy's loss, half the square for small residuals.
+    fn loss(&self, size_m: f64) -> f64 {
+        let scale = self.robust_m;
+        0.5 * scale * scale * (size_m / scale).powi(2).ln_1p()
+    }
+
+    /// Weight of a residual in the least squares whose gradient is that of [`Self::loss`].
+    fn robust_weight(&self, size_m: f64) -> f64 {
+        1.0 / (1.0 + (size_m / self.robust_m).powi(2))
     }
 
     fn prior(&self) -> f64 {
@@ -223,7 +234,7 @@ impl Problem<'_> {
                     (1 << JOINT_COUNT) - 1
                 };
                 let row = self.row(&frame, vertex, bits);
-                let weight = weight * robust_weight(row.residual.length());
+                let weight = weight * self.robust_weight(row.residual.length());
                 self.add(&mut normal, &row, bits, weight);
             }
         }
@@ -374,16 +385,6 @@ impl Problem<'_> {
         }
         (sum / f64::max(weights, f64::MIN_POSITIVE)).sqrt()
     }
-}
-
-/// Cauchy's loss, half the square for small residuals.
-fn loss(size_m: f64) -> f64 {
-    0.5 * ROBUST_M * ROBUST_M * (size_m / ROBUST_M).powi(2).ln_1p()
-}
-
-/// Weight of a residual in the least squares whose gradient is that of [`loss`].
-fn robust_weight(size_m: f64) -> f64 {
-    1.0 / (1.0 + (size_m / ROBUST_M).powi(2))
 }
 
 fn blended_linear(matrices: &SkinMatrices, skin: &dynaskin_body::SkinWeights) -> DMat3 {

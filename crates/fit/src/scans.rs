@@ -128,7 +128,7 @@ impl Scans {
             }
             let size_m = low.distance(high);
             // A few stray vertices may widen the box; the fit bears them.
-            if !(size_m >= *SIZES_M.start()) || median_extent_m(positions) > *SIZES_M.end() {
+            if size_m < *SIZES_M.start() || median_extent_m(positions) > *SIZES_M.end() {
                 return Err(FitError::Size {
                     path: path.to_owned(),
                     frame,

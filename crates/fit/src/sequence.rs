@@ -19,9 +19,14 @@ const RUN_FRAMES: usize = 32;
 const RIGIDITY_FRAMES: usize = 60;
 /// How often rigidity is learned, each time from a fit with the one before.
 const RIGIDITY_PASSES: usize = 3;
-/// Steps at most where β is fitted, too, and where only the pose is.
-const SHAPE_STEPS: usize = 60;
-const POSE_STEPS: usize = 30;
+/// Scale of the robust loss in metres, wide first: a narrow one sees no way from a far start.
+const WIDE_M: f64 = 0.2;
+const NARROW_M: f64 = 0.02;
+/// Steps at most from a far start, and with the narrow loss.
+const WIDE_STEPS: usize = 40;
+const NARROW_STEPS: usize = 30;
+/// Steps with the wide loss where a pose is near already.
+const NEAR_STEPS: usize = 3;
 /// Farthest RMS distance of the rigid skin in the first frame that still is a fit, in metres.
 const NO_FIT_M: f64 = 0.06;
 
@@ -145,7 +150,7 @@ pub fn fit_sequence(
                 .map(|&frame| {
                     let scan_m = scans.frame_m(frame);
                     let estimate = fitter.pose(scan_m, &weights, &first, before.as_ref());
-                    let problem = fitter.problem(scan_m, &weights, false);
+                    let problem = fitter.problem(scan_m, &weights);
                     let fitted = FittedFrame {
                         offsets_rest_m: fitter.offsets_rest_m(scan_m, &estimate),
                         rigid_distance_m: problem.distance_m(&estimate) as f32,
@@ -176,20 +181,25 @@ pub fn fit_sequence(
 }
 
 impl<'a> Fitter<'a> {
-    fn problem<'b>(
-        &'b self,
-        scan_m: &'b [Vec3],
-        weights: &'b [f64],
-        fit_shape: bool,
-    ) -> Problem<'b> {
+    fn problem<'b>(&'b self, scan_m: &'b [Vec3], weights: &'b [f64]) -> Problem<'b> {
         Problem {
             body: self.body,
             objective: self.objective,
             scan_m,
             weights,
             moving: &self.moving,
-            fit_shape,
+            fit_shape: false,
+            robust_m: NARROW_M,
         }
+    }
+
+    /// Solves with the wide, then with the narrow loss.
+    fn solved(&self, problem: &Problem<'_>, start: Estimate, wide_steps: usize) -> Estimate {
+        let wide = Problem {
+            robust_m: WIDE_M,
+            ..*problem
+        };
+        solve(problem, solve(&wide, start, wide_steps), NARROW_STEPS)
     }
 
     /// The first frame: pose and, unless it is known, shape.
@@ -209,13 +219,16 @@ impl<'a> Fitter<'a> {
         }
         let mut estimate = Estimate::new(self.body, Pose::REST, shape.map(f64::from));
         estimate.pose = pose_by_parts(&estimate.shaped, scan_m, weights, &self.parts);
-        estimate = solve(&self.problem(scan_m, weights, false), estimate, 5);
+        let mut problem = self.problem(scan_m, weights);
+        estimate = self.solved(&problem, estimate, WIDE_STEPS);
+        // Chest and belly tell most of some coefficients: soft skin counts more here than for poses.
+        let shape_weights: Vec<f64> = weights.iter().map(|weight| weight.sqrt()).collect();
         if known.is_none() {
-            estimate = solve(&self.problem(scan_m, weights, true), estimate, SHAPE_STEPS);
-        } else {
-            estimate = solve(&self.problem(scan_m, weights, false), estimate, POSE_STEPS);
+            problem.fit_shape = true;
+            problem.weights = &shape_weights;
+            estimate = self.solved(&problem, estimate, WIDE_STEPS);
         }
-        let distance_m = self.problem(scan_m, weights, false).distance_m(&estimate);
+        let distance_m = problem.distance_m(&estimate);
         if distance_m <= NO_FIT_M {
             Ok(estimate)
         } else {
@@ -235,20 +248,20 @@ impl<'a> Fitter<'a> {
         first: &Estimate,
         before: Option<&Pose>,
     ) -> Estimate {
-        let problem = self.problem(scan_m, weights, false);
+        let problem = self.problem(scan_m, weights);
         let with_pose = |pose| Estimate {
             pose,
             ..first.clone()
         };
         let by_parts = pose_by_parts(&first.shaped, scan_m, weights, &self.parts);
-        let mut start = with_pose(by_parts);
+        let far = with_pose(by_parts);
         if let Some(before) = before {
-            let warm = with_pose(before.clone());
-            if problem.cost(&warm) < problem.cost(&start) {
-                start = warm;
+            let near = with_pose(before.clone());
+            if problem.cost(&near) < problem.cost(&far) {
+                return self.solved(&problem, near, NEAR_STEPS);
             }
         }
-        solve(&problem, start, POSE_STEPS)
+        self.solved(&problem, far, WIDE_STEPS)
     }
 
     /// DSNet Eq. 5: the unposed scan minus template, shape and pose correctives.

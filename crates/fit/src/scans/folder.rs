@@ -19,6 +19,9 @@ pub(super) struct Mesh {
     pub faces: Vec<Vec<u32>>,
 }
 
+/// Reads one file, whose path is for messages.
+type Read = fn(&Path, &[u8]) -> Result<Mesh, FitError>;
+
 /// The positions of all files of the folder, `[frame][vertex]`, in the files' unit.
 pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitError> {
     let (mut objs, mut plys) = (Vec::new(), Vec::new());
@@ -40,13 +43,12 @@ pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitErro
         }
     }
     let path = folder.to_owned();
-    let (paths, read): (_, fn(&Path, &[u8]) -> Result<Mesh, FitError>) =
-        match (objs.is_empty(), plys.is_empty()) {
-            (true, true) => return Err(FitError::NoMeshes { path }),
-            (false, false) => return Err(FitError::MixedKinds { path }),
-            (false, true) => (sorted(objs), obj_file::parse),
-            (true, false) => (sorted(plys), ply_file::parse),
-        };
+    let (paths, read): (_, Read) = match (objs.is_empty(), plys.is_empty()) {
+        (true, true) => return Err(FitError::NoMeshes { path }),
+        (false, false) => return Err(FitError::MixedKinds { path }),
+        (false, true) => (sorted(objs), obj_file::parse),
+        (true, false) => (sorted(plys), ply_file::parse),
+    };
     check_frames(folder, paths.len(), body.vertex_count())?;
     let mut positions = Vec::with_capacity(paths.len() * body.vertex_count());
     for path in &paths {
