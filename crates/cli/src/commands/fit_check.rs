@@ -1,14 +1,15 @@
 //! `dynaskin fit-check`: how far fits are from a truth that is known, because it was simulated.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
-use dynaskin_body::SHAPE_COUNT;
+use dynaskin_body::{JOINT_COUNT, SHAPE_COUNT};
 use dynaskin_fit::{Case, CaseReport, CheckOptions, Objective, Rigidity, check_fit};
 use dynaskin_motion::{Clip, Procedural, ProceduralKind};
 use dynaskin_npz::Writer;
 use dynaskin_sim::{Run, captures};
+use glam::Vec3;
 
 use super::fit::{progress_bar, read_body};
 use super::say;
@@ -40,7 +41,8 @@ pub struct FitCheckArgs {
     /// Only one case.
     #[arg(long, value_enum)]
     case: Option<CaseName>,
-    /// Also write each fit's offsets and the true ones into an .npz file, to look at.
+    /// Also write the rest surface, each fit's offsets and the true ones into an .npz file, to look
+    /// at.
     #[arg(long)]
     out: Option<PathBuf>,
 }
@@ -92,15 +94,14 @@ pub fn run(args: &FitCheckArgs) -> anyhow::Result<()> {
     ));
     say(&table(&reports));
     if let Some(path) = &args.out {
-        write(path, &reports).with_context(|| format!("cannot write {}", path.display()))?;
+        let rest_m = body.shaped(&shape).positions_m;
+        write(path, &rest_m, &reports)
+            .with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(())
 }
 
-fn motion(
-    args: &FitCheckArgs,
-    joints_rest_m: &[glam::Vec3; dynaskin_body::JOINT_COUNT],
-) -> anyhow::Result<Clip> {
+fn motion(args: &FitCheckArgs, joints_rest_m: &[Vec3; JOINT_COUNT]) -> anyhow::Result<Clip> {
     let mut clip = match (&args.mocap, &args.clip) {
         (None, _) => Procedural::new(ProceduralKind::Hop).clip(joints_rest_m)?,
         (Some(folder), Some(wanted)) => {
@@ -148,8 +149,10 @@ fn table(reports: &[CaseReport]) -> String {
     text
 }
 
-fn write(path: &std::path::Path, reports: &[CaseReport]) -> anyhow::Result<()> {
+fn write(path: &Path, rest_m: &[Vec3], reports: &[CaseReport]) -> anyhow::Result<()> {
     let mut writer = Writer::create(path)?;
+    let rest: Vec<f32> = rest_m.iter().flat_map(|rest| rest.to_array()).collect();
+    writer.array("rest_m", &[rest_m.len(), 3], &rest)?;
     for report in reports {
         let key = format!("{:?}_{}", report.case, name(report.objective)).to_lowercase();
         let frames = report.fitted.frames.len();
@@ -159,7 +162,7 @@ fn write(path: &std::path::Path, reports: &[CaseReport]) -> anyhow::Result<()> {
             .frames
             .iter()
             .map(|frame| &frame.offsets_rest_m);
-        let flat = |frames: Vec<&Vec<glam::Vec3>>| -> Vec<f32> {
+        let flat = |frames: Vec<&Vec<Vec3>>| -> Vec<f32> {
             let offsets = frames.into_iter().flatten();
             offsets.flat_map(|offset| offset.to_array()).collect()
         };
