@@ -3,7 +3,7 @@
 use dynaskin_body::Joint;
 
 /// A motion file, clip or parameter that cannot be used, with the place and what would be right.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
     /// The text is not the BVH that was expected at this line.
@@ -111,12 +111,14 @@ pub enum MotionError {
         limit_m: f64,
     },
     /// An AMASS-like `.npz` file cannot be used.
-    #[cfg(feature = "amass")]
     #[error(
-        "motion .npz: {0}; expected are `poses` [frames, 72, 156 or 165], `trans` [frames, 3] and \
-         `mocap_framerate`, as AMASS has them"
+        "motion .npz: {reason}; expected are `poses` [frames, 72, 156 or 165], `trans` [frames, 3] \
+         and `mocap_framerate`, as AMASS has them"
     )]
-    Amass(#[from] dynaskin_npz::NpzError),
+    Amass {
+        /// The array, what it should be and what it is.
+        reason: String,
+    },
     /// A parameter is outside its range.
     #[error("{name} is {got}, expected {expected}")]
     Parameter {
@@ -157,6 +159,15 @@ pub enum MotionError {
         /// Largest height that fits the tempo, in metres.
         max_height_m: f64,
     },
+}
+
+#[cfg(feature = "amass")]
+impl From<dynaskin_npz::NpzError> for MotionError {
+    fn from(error: dynaskin_npz::NpzError) -> Self {
+        Self::Amass {
+            reason: error.to_string(),
+        }
+    }
 }
 
 fn list(joints: &[Joint]) -> String {
