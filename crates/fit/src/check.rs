@@ -6,7 +6,7 @@ use dynaskin_body::{
     BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT, SkinMatrices, skin_dual_quaternion, skin_linear,
 };
 use dynaskin_motion::{Clip, UpAxis};
-use dynaskin_sim::{ClipData, ClipLabels, Shell, SimSettings, simulate_clip};
+use dynaskin_sim::{ClipData, ClipLabels, Materials, Shell, SimSettings, simulate_clip};
 use glam::Vec3;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -123,6 +123,7 @@ pub fn check_fit(
         body_sha256: String::new(),
         seed: options.seed,
         shape: options.shape,
+        materials: Materials::NOMINAL,
         sim_json: "{}".to_owned(),
     };
     let simulated = simulate_clip(&shell, motion, &settings, labels)?.data;

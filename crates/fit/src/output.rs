@@ -5,7 +5,7 @@ use std::path::Path;
 use dynaskin_body::{BodyModel, JOINT_COUNT};
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use dynaskin_npz::Writer;
-use dynaskin_sim::{ClipData, SimSettings, soft_vertices};
+use dynaskin_sim::{ClipData, Materials, SimSettings, soft_vertices};
 use glam::Vec3;
 use half::f16;
 
@@ -102,6 +102,7 @@ impl FittedSequence {
             seed: 0,
             sim_json: "{}".to_owned(),
             shape: self.shape,
+            materials: Materials::NOMINAL,
             vertices,
             poses: motion.frames,
             offsets_rest_m,
