@@ -5,13 +5,13 @@
 //! What is shown lies between the last two ticks, one tick (16.7 ms) behind the host, because at
 //! the host's instant only ticks of the past exist.
 
-use dynaskin_body::Pose;
+use dynaskin_body::{JOINT_COUNT, Pose};
 use dynaskin_motion::MODEL_RATE_HZ;
 use glam::DVec3;
 
 use crate::RuntimeError;
 use crate::features::{ROTATION_JOINTS, rotation_vector};
-use crate::interpolate;
+use crate::interpolate::{Rates, Way};
 use crate::state::{Reader, Writer};
 
 /// Longest time step that is caught up with, in seconds: 15 ticks. A longer one is a stall (hidden
@@ -93,6 +93,8 @@ pub(crate) struct TickClock {
     pose: Option<Pose>,
     /// A pose before that, and the seconds between the two; none right after a settling.
     earlier: Option<(Pose, f64)>,
+    /// How fast `pose` changed when it was reached.
+    rates: Option<Rates>,
     velocity: Option<Velocity>,
     /// Ticks since the last tick, 0..1.
     phase: f64,
@@ -129,12 +131,20 @@ impl TickClock {
         match &self.pose {
             // Hosts at the model's rate need no interpolation, and get none of its rounding.
             Some(before) if position < 1.0 - 1e-5 => {
-                let step_seconds = 1.0 / (ticks.spacing * MODEL_RATE_HZ);
-                let earlier = self.earlier.as_ref();
-                let earlier = earlier.map(|(pose, seconds)| (pose, seconds / step_seconds));
-                interpolate::between(earlier, before, pose, position)
+                let seconds = 1.0 / (ticks.spacing * MODEL_RATE_HZ);
+                self.way(before, pose, seconds).pose_at(position)
             }
             _ => pose.clone(),
+        }
+    }
+
+    fn way<'a>(&'a self, before: &'a Pose, after: &'a Pose, seconds: f64) -> Way<'a> {
+        Way {
+            earlier: self.earlier.as_ref().map(|(pose, age)| (pose, *age)),
+            start_rates: self.rates.as_ref(),
+            before,
+            after,
+            seconds,
         }
     }
 
@@ -143,6 +153,9 @@ impl TickClock {
         let earlier = self.earlier.as_mut().map(|(pose, _)| pose);
         for pose in self.pose.iter_mut().chain(earlier) {
             pose.root_translation_m *= ratio;
+        }
+        if let Some(rates) = &mut self.rates {
+            rates.root_m_s *= ratio;
         }
         if let Some(velocity) = &mut self.velocity {
             velocity.root_m_s *= ratio;
@@ -160,6 +173,13 @@ impl TickClock {
         if let Some((pose, age_seconds)) = &self.earlier {
             writer.pose(pose);
             writer.double(*age_seconds);
+        }
+        writer.flag(self.rates.is_some());
+        if let Some(rates) = &self.rates {
+            writer.vector(rates.root_m_s);
+            for turn in rates.joints_rad_s {
+                writer.vector(turn);
+            }
         }
         writer.flag(self.velocity.is_some());
         if let Some(velocity) = &self.velocity {
@@ -184,6 +204,16 @@ impl TickClock {
         }
         if reader.flag()? {
             clock.earlier = Some((reader.pose()?, reader.double()?));
+        }
+        if reader.flag()? {
+            let mut rates = Rates {
+                root_m_s: reader.vector()?,
+                joints_rad_s: [DVec3::ZERO; JOINT_COUNT],
+            };
+            for turn in &mut rates.joints_rad_s {
+                *turn = reader.vector()?;
+            }
+            clock.rates = Some(rates);
         }
         if reader.flag()? {
             let mut velocity = Velocity {
@@ -245,6 +275,7 @@ impl TickClock {
         match advance {
             Advance::Settle(_) => {
                 self.velocity = None;
+                self.rates = None;
                 self.earlier = None;
                 self.pose = None;
             }
@@ -252,10 +283,10 @@ impl TickClock {
             // paused has moved the body in no time, which the next step sees as a cut.
             Advance::Tick(_) if dt_seconds == 0.0 => return,
             Advance::Tick(_) => {
-                self.velocity = self
-                    .pose
-                    .as_ref()
-                    .map(|before| Velocity::between(before, pose, dt_seconds));
+                let before = self.pose.as_ref();
+                self.velocity = before.map(|before| Velocity::between(before, pose, dt_seconds));
+                self.rates =
+                    before.and_then(|before| self.way(before, pose, dt_seconds).end_rates());
             }
         }
         self.phase = self.phase_after(dt_seconds, advance);

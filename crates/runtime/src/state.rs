@@ -19,7 +19,7 @@ const MAGIC: &[u8; 8] = b"DYNSKINS";
 const HASH: usize = 32;
 
 /// The version that is written and read.
-pub const STATE_VERSION: u32 = 1;
+pub const STATE_VERSION: u32 = 2;
 
 /// Collects a state.
 #[derive(Debug)]

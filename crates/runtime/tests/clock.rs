@@ -90,7 +90,7 @@ fn smooth(clip: &Clip, time_seconds: f64) -> Pose {
 /// At 60 Hz and above the poses tell the network all it learned to feel, so the surface is the same
 /// to a millimetre. Below, it is for smooth motion; an impact of a few hundredths of a second falls
 /// between two poses of a 24 Hz display, which nothing can bring back: the difference is printed and
-/// kept in proportion.
+/// limited.
 #[test]
 fn the_surface_is_the_same_at_every_display_rate() {
     let model = shipped::model("female");
@@ -114,7 +114,7 @@ fn the_surface_is_the_same_at_every_display_rate() {
         assert!(size > 0.002, "{} moves nothing", kind.name());
         let mut line = format!("{}: offsets to {:.1} mm; off by", kind.name(), 1e3 * size);
         let gentle = matches!(kind, ProceduralKind::Twist | ProceduralKind::ShakeHips);
-        let slow_limit = if gentle { 1e-3 } else { 0.1 * size + 5e-3 };
+        let slow_limit = if gentle { 1e-3 } else { 5e-3 };
         for (rate, limit) in [
             (24.0, slow_limit),
             (30.0, slow_limit),
@@ -131,7 +131,7 @@ fn the_surface_is_the_same_at_every_display_rate() {
         }
         let off = difference(&reference, &play(&mut jitter()));
         println!("{line} {:.2} at steps of 4 to 34 ms", 1e3 * off);
-        assert!(off <= slow_limit, "{line}");
+        assert!(off <= 0.4 * slow_limit, "{line}");
     }
     println!("above 60 Hz: at most {:.3} mm", 1e3 * worst_fast_m);
 }
@@ -426,7 +426,7 @@ fn slow_displays_lose_what_they_cannot_sample() {
                 1e3 * floor_m
             );
             assert!(
-                floor_m >= least_m && causal_m <= 6e-3,
+                floor_m >= least_m && causal_m <= 5e-3,
                 "{floor_m} {causal_m}"
             );
         }

@@ -9,6 +9,7 @@ import {
   regionIndex,
 } from "./controls.js";
 import { type Core, CoreArray } from "./core.js";
+import { checkDistance, type Detail, detailIndex, detailOf } from "./detail.js";
 import { DynaSkinError, guard } from "./error.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "./pose.js";
 import type { CoreAvatar } from "./wasm/core.js";
@@ -21,19 +22,6 @@ import type { CoreAvatar } from "./wasm/core.js";
 export type SettledBecause = "first-pose" | "stall" | "cut" | "woken";
 
 const SETTLED_BECAUSE = [null, "first-pose", "stall", "cut", "woken"] as const;
-
-/**
- * How much work an avatar's tissue is worth.
- *
- * - `full`: all of it, at every step.
- * - `half`: the surface follows every second tick, at 30 Hz, and is held in between. The network's
- *   memory ticks on at 60 Hz, so back at `full` it is at once what it would have been.
- * - `asleep`: none. The tissue comes to rest over 0.2 s and then costs nothing; waking, it starts
- *   settled in the pose of that moment and fades in over as long.
- */
-export type Detail = "full" | "half" | "asleep";
-
-const DETAILS: readonly Detail[] = ["asleep", "half", "full"];
 
 /** What the last {@link Avatar.step} cost, in milliseconds per stage. */
 export interface StepTimings {
@@ -202,7 +190,7 @@ export class Avatar {
 
   set dynamics(on: boolean) {
     guard(() => {
-      this.raw.dynamics = on;
+      this.raw.dynamics = Boolean(on);
     });
   }
 
@@ -279,18 +267,11 @@ export class Avatar {
    * sets it. Another word throws `argument`.
    */
   get detail(): Detail {
-    return DETAILS[guard(() => this.raw.detail)] ?? "full";
+    return detailOf(guard(() => this.raw.detail));
   }
 
   set detail(detail: Detail) {
-    const idx = DETAILS.indexOf(detail);
-    if (idx < 0) {
-      const known = DETAILS.join(", ");
-      throw new DynaSkinError(
-        "argument",
-        `There is no detail ${String(detail)}; there are ${known}.`,
-      );
-    }
+    const idx = detailIndex(detail);
     guard(() => {
       this.raw.detail = idx;
     });
@@ -320,7 +301,7 @@ export class Avatar {
   }
 
   set distanceM(metres: number) {
-    checkNumber("distanceM", metres);
+    checkDistance(metres);
     guard(() => {
       this.raw.distanceM = metres;
     });

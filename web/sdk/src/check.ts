@@ -21,6 +21,30 @@ export function checkObject(what: string, value: unknown): void {
 }
 
 /**
+ * Refuses what is neither left out nor a function.
+ *
+ * @internal
+ */
+export function checkCallback(what: string, value: unknown): void {
+  if (value === undefined || typeof value === "function") return;
+  throw new DynaSkinError("argument", `${what} must be a function, got ${kindOf(value)}.`);
+}
+
+/**
+ * Refuses what is neither left out nor a signal that can be asked whether it was aborted.
+ *
+ * @internal
+ */
+export function checkSignal(signal: unknown): void {
+  if (signal === undefined) return;
+  if (typeof (signal as AbortSignal | null)?.throwIfAborted === "function") return;
+  throw new DynaSkinError(
+    "argument",
+    `signal must be an AbortSignal, such as the signal of an AbortController; got ${kindOf(signal)}.`,
+  );
+}
+
+/**
  * The kind of a value, for messages.
  *
  * @internal

@@ -1,4 +1,5 @@
 import { REGION_NAMES, type RegionName } from "./bundle.js";
+import { checkObject } from "./check.js";
 import { DynaSkinError } from "./error.js";
 
 /** How the soft tissue of one region behaves, relative to what the networks predict. */
@@ -56,6 +57,7 @@ export interface ControlChanges {
 export type ControlPreset = "as-predicted" | "calm-clothes";
 
 const HEAD = 2;
+const HEAD_KEYS = ["strength", "rootInertia", "regions"] as const;
 const PER_REGION = ["gain", "stiffness", "damping", "limitCm"] as const;
 
 /** @internal */
@@ -83,16 +85,26 @@ export function changedControls(numbers: Float32Array, changes: ControlChanges):
     }
     changed[idx] = value * factor;
   };
+  checkKeys("The controls", changes, HEAD_KEYS);
   set(0, "strength", changes.strength);
   set(1, "rootInertia", changes.rootInertia);
   for (const [region, controls] of Object.entries(changes.regions ?? {})) {
     const start = HEAD + regionIndex(region) * PER_REGION.length;
+    checkObject(`the controls of ${region}`, controls);
+    checkKeys(`The controls of ${region}`, controls, PER_REGION);
     for (const [offset, key] of PER_REGION.entries()) {
       const factor = key === "limitCm" ? 0.01 : 1;
       set(start + offset, `${key} of ${region}`, controls[key], factor);
     }
   }
   return changed;
+}
+
+/** A control that is mistyped would otherwise do nothing, and nobody would know why. */
+function checkKeys(what: string, changes: object, known: readonly string[]): void {
+  const unknown = Object.keys(changes).find((key) => !known.includes(key));
+  if (unknown === undefined) return;
+  throw new DynaSkinError("argument", `${what} have no ${unknown}; they have ${known.join(", ")}.`);
 }
 
 /**
@@ -105,4 +117,20 @@ export function regionIndex(region: string): number {
   if (idx >= 0) return idx;
   const known = REGION_NAMES.join(", ");
   throw new DynaSkinError("argument", `There is no region ${region}; there are ${known}.`);
+}
+
+/**
+ * The controls with `changes` made to them, for where the core is out of reach.
+ *
+ * @internal
+ */
+export function mergedControls(controls: Controls, { regions, ...head }: ControlChanges): Controls {
+  const changedRegions = { ...controls.regions };
+  for (const [name, change] of Object.entries(regions ?? {})) {
+    regionIndex(name);
+    checkObject(`the controls of ${name}`, change);
+    const region = name as RegionName;
+    changedRegions[region] = { ...changedRegions[region], ...change };
+  }
+  return { ...controls, ...head, regions: changedRegions };
 }

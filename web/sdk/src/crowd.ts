@@ -11,9 +11,9 @@ import type { CoreCrowd } from "./wasm/core.js";
  * somewhat nearer (10 % of the distance, 15 % of the budget), so that nothing flickers.
  */
 export interface LevelOfDetail {
-  /** Metres from the camera from which on an avatar has half detail; 12 if left out. */
+  /** Metres from the camera from which on an avatar has half detail; if left out 12, or as `asleepBeyondM` if that is nearer. */
   halfBeyondM?: number;
-  /** Metres from the camera from which on an avatar is asleep; 40 if left out. */
+  /** Metres from the camera from which on an avatar is asleep; if left out 40, or as `halfBeyondM` if that is farther. */
   asleepBeyondM?: number;
   /**
    * Milliseconds that all tissue together may take per tick (1/60 s): where it takes more, the
@@ -51,7 +51,8 @@ export interface CrowdReport {
 export class Crowd {
   readonly #memory: WebAssembly.Memory;
   readonly #defaults: [number, number];
-  readonly #avatars: Avatar[] = [];
+  /** Replaced, never changed: whoever goes through it may take avatars out. */
+  #avatars: readonly Avatar[] = [];
   #raw: CoreCrowd | null;
   #poses = new Float64Array(0);
   #levelOfDetail: LevelOfDetail | null = null;
@@ -69,7 +70,10 @@ export class Crowd {
     throw new DynaSkinError("disposed", "This crowd was used after dispose().");
   }
 
-  /** The avatars in the order in which {@link stepAll} takes their poses. */
+  /**
+   * The avatars in the order in which {@link stepAll} takes their poses. A frozen array; another one
+   * after {@link add} and {@link remove}.
+   */
   get avatars(): readonly Avatar[] {
     return this.#avatars;
   }
@@ -85,7 +89,7 @@ export class Crowd {
       throw new DynaSkinError("argument", "A crowd takes avatars, as createAvatar() gives them.");
     }
     guard(() => this.#alive.add(avatar.raw));
-    this.#avatars.push(avatar);
+    this.#avatars = Object.freeze([...this.#avatars, avatar]);
     this.#poses = new Float64Array(0);
   }
 
@@ -94,7 +98,7 @@ export class Crowd {
     const idx = this.#avatars.indexOf(avatar);
     if (idx < 0) return false;
     guard(() => this.#alive.remove(idx));
-    this.#avatars.splice(idx, 1);
+    this.#avatars = Object.freeze(this.#avatars.filter((other) => other !== avatar));
     this.#poses = new Float64Array(0);
     return true;
   }
@@ -159,7 +163,10 @@ export class Crowd {
     }
     checkObject("levelOfDetail", change);
     const [half, asleep] = this.#defaults;
-    const { halfBeyondM = half, asleepBeyondM = asleep, budgetMs } = change;
+    const { budgetMs } = change;
+    // One distance that is given moves the other's default out of its way.
+    const { halfBeyondM = Math.min(half, change.asleepBeyondM ?? half) } = change;
+    const { asleepBeyondM = Math.max(asleep, change.halfBeyondM ?? asleep) } = change;
     checkNumber("halfBeyondM", halfBeyondM);
     checkNumber("asleepBeyondM", asleepBeyondM);
     if (budgetMs !== undefined) {
@@ -189,7 +196,7 @@ export class Crowd {
   dispose(): void {
     const raw = this.#raw;
     this.#raw = null;
-    this.#avatars.length = 0;
+    this.#avatars = [];
     if (raw) guard(() => raw.free());
   }
 }

@@ -9,7 +9,6 @@
  */
 export {
   Avatar,
-  type Detail,
   type SettledBecause,
   type SkinnedSurface,
   type StepTimings,
@@ -17,11 +16,13 @@ export {
 export { type Bundle, type BundleFile, REGION_NAMES, type RegionName } from "./bundle.js";
 export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
 export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
+export type { Detail } from "./detail.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export { type LoadOptions, load, type ModelFiles } from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";
 export {
   type JointReport,
+  type MappedJoint,
   Motion,
   type MotionOptions,
   PROCEDURAL_MOTIONS,

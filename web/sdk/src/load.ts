@@ -1,16 +1,20 @@
 import type { Bundle } from "./bundle.js";
-import { checkObject } from "./check.js";
+import { checkCallback, checkObject, checkSignal } from "./check.js";
 import { type Core, startCore } from "./core.js";
 import { DynaSkinError, guard } from "./error.js";
 import { Body, Model } from "./model.js";
 import { type FileSource, type Progress, ProgressSum, readBytes } from "./source.js";
 import type { WasmSource } from "./wasm/instantiate.js";
 
-/** The files of a model, one by one; `bundle` is `bundle.json`. */
+/** The files of a model, one by one. They must be those whose hashes the bundle names. */
 export interface ModelFiles {
+  /** `bundle.json`. */
   bundle: FileSource;
+  /** The body, a GLB: {@link Bundle.body}. */
   body: FileSource;
+  /** The network that turns motion into a latent vector, an ONNX file: {@link Bundle.predictor}. */
   predictor: FileSource;
+  /** The network that turns that vector into offsets, an ONNX file: {@link Bundle.decoder}. */
   decoder: FileSource;
 }
 
@@ -47,6 +51,9 @@ export interface LoadOptions {
 export async function load(options: LoadOptions): Promise<Model> {
   checkObject('load() needs options, such as { model: "/models/female/" }: they', options);
   const { signal, onBody } = options;
+  checkSignal(signal);
+  checkCallback("onProgress", options.onProgress);
+  checkCallback("onBody", onBody);
   const progress = new ProgressSum(options.onProgress);
   const read = (source: FileSource, what: string) =>
     readBytes(source, { what, signal, onProgress: progress.part() });
@@ -96,6 +103,13 @@ function toSources(model: LoadOptions["model"]): Sources {
       throw new DynaSkinError(
         "argument",
         `model must be an address or the model's files, got ${model === null ? "null" : typeof model}.`,
+      );
+    }
+    for (const key of ["bundle", "body", "predictor", "decoder"] as const) {
+      if (model[key] !== undefined && model[key] !== null) continue;
+      throw new DynaSkinError(
+        "argument",
+        `model lacks the file ${key}; it needs bundle, body, predictor and decoder.`,
       );
     }
     return { bundle: model.bundle, file: (_bundle, key) => model[key] };

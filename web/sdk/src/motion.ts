@@ -29,10 +29,18 @@ export interface MotionOptions {
   durationSeconds?: number;
 }
 
+/** A joint of the body that a motion file turns. */
+export interface MappedJoint {
+  /** The body's joint. */
+  joint: JointName;
+  /** The file's name of the joint that turns it. */
+  source: string;
+}
+
 /** What became of the joints of a motion file. */
 export interface JointReport {
   /** The body's joints and the file's joint that turns each. */
-  mapped: { joint: JointName; source: string }[];
+  mapped: MappedJoint[];
   /** The body's joints that nothing in the file turns; they follow their neighbours. */
   missing: JointName[];
   /** The file's joints that turn nothing on the body, such as fingers. */
@@ -76,7 +84,7 @@ export class Motion {
       );
     }
     checkAvatar(avatar);
-    const bytes = file instanceof Uint8Array ? file : new Uint8Array(file);
+    const bytes = bytesOf(file);
     return guard(() => {
       const raw = avatar.raw.motionFromBvh(bytes);
       return new Motion(raw, raw.jointReport() as JointReport);
@@ -129,6 +137,16 @@ export class Motion {
   dispose(): void {
     this.#raw?.free();
     this.#raw = null;
+  }
+}
+
+function bytesOf(file: ArrayBuffer | Uint8Array): Uint8Array {
+  if (file instanceof Uint8Array) return file;
+  try {
+    return new Uint8Array(file);
+  } catch (cause) {
+    const message = "The file's ArrayBuffer was transferred away and is empty; keep a copy.";
+    throw new DynaSkinError("argument", message, { cause });
   }
 }
 

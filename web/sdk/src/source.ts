@@ -1,3 +1,4 @@
+import { kindOf } from "./check.js";
 import { DynaSkinError } from "./error.js";
 
 /**
@@ -71,6 +72,12 @@ export async function readBytes(source: FileSource, options: ReadOptions): Promi
   }
   if (typeof Response !== "undefined" && source instanceof Response) {
     return readResponse(source, source.url || options.what, options);
+  }
+  if (typeof source !== "string" && !(source instanceof URL)) {
+    throw new DynaSkinError(
+      "argument",
+      `For ${options.what}, give an address, bytes, a Blob or a Response; got ${kindOf(source)}.`,
+    );
   }
   const address = String(source);
   const fromDisk = address.startsWith("file:") ? await readFromDisk(address, options) : null;

@@ -27,11 +27,24 @@ afterAll(() => {
 const odd = (value: unknown): any => value;
 
 describe("odd arguments", () => {
+  const setBelly = (belly: unknown) => avatar.setControls({ regions: { belly: odd(belly) } });
+  const sentAway = () => {
+    const bytes = new ArrayBuffer(9);
+    structuredClone(bytes, { transfer: [bytes] });
+    return bytes;
+  };
   const longBigInts = () => new BigInt64Array(99);
   const calls: [string, () => unknown][] = [
     ["load()", () => load(odd(undefined))],
     ["load(null)", () => load(odd(null))],
     ["load a string", () => load(odd("models/female/"))],
+    ["a model without files", () => load({ model: odd({}) })],
+    ["a signal that is none", () => load({ model: modelFolder(), signal: odd("stop") })],
+    ["onProgress of a number", () => load({ model: modelFolder(), onProgress: odd(1) })],
+    ["onBody of a text", () => load({ model: modelFolder(), onBody: odd("body") })],
+    ["files that are numbers", () => load({ model: { ...modelFiles(), body: odd(3) } })],
+    ["a WebAssembly file that is null", () => load({ model: modelFolder(), wasm: odd(null) })],
+    ["fromBvh of bytes that were sent away", () => Motion.fromBvh(sentAway(), avatar)],
     ["createAvatar(null)", () => model.createAvatar(odd(null))],
     ["createAvatar of a string", () => model.createAvatar(odd("tall"))],
     ["a shape of strings", () => model.createAvatar({ shape: odd(Array(10).fill("1")) })],
@@ -60,6 +73,12 @@ describe("odd arguments", () => {
     ["scale as a big integer", () => odd(Object.assign(avatar, { scale: 2n }))],
     ["a gain in letters", () => avatar.setRegionGain("belly", odd("2"))],
     ["setControls(null)", () => avatar.setControls(odd(null))],
+    ["controls of a region that are null", () => setBelly(null)],
+    ["controls of a region that are a number", () => setBelly(2)],
+    ["a detail that is a number", () => odd(Object.assign(avatar, { detail: 1 }))],
+    ["a distance in letters", () => odd(Object.assign(avatar, { distanceM: "near" }))],
+    ["a mistyped control", () => avatar.setControls(odd({ stength: 2 }))],
+    ["a mistyped control of a region", () => setBelly({ stifness: 2 })],
     ["setControls(5)", () => avatar.setControls(odd(5))],
     ["restore(null)", () => avatar.restore(odd(null))],
   ];
@@ -75,6 +94,18 @@ describe("odd arguments", () => {
     other.step(motion.poseAt(63 * TICK), TICK);
     expect(avatar.positions.slice()).toEqual(other.positions.slice());
     other.dispose();
+  });
+});
+
+describe("switches", () => {
+  it("take what is true in JavaScript for true", () => {
+    for (const value of ["on", 1, {}, "", 0, null]) {
+      Object.assign(avatar, { dynamics: value, visible: value });
+      expect([avatar.dynamics, avatar.visible], String(value)).toEqual(
+        Array(2).fill(Boolean(value)),
+      );
+    }
+    Object.assign(avatar, { dynamics: true, visible: true });
   });
 });
 

@@ -255,6 +255,10 @@ describe("DynaSkin in Babylon.js", () => {
     const avatar = model.createAvatar();
     await expectError("argument", () => new DynaSkin(avatar, undefined as unknown as Mesh));
     await expectError("argument", () => new DynaSkin(avatar, mesh, { vertexMap: [1] }));
+    await expectError("argument", () => new DynaSkin(undefined as unknown as Avatar, mesh));
+    const first = new DynaSkin(avatar, mesh);
+    await expectError("argument", () => new DynaSkin(avatar, mesh));
+    first.dispose();
     const twin = mesh.clone("twin");
     twin.skeleton = mesh.skeleton;
     await expectError("argument", () => new DynaSkin(avatar, mesh));

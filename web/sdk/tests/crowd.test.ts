@@ -4,6 +4,8 @@ import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import { expectError, largestDifference, largestOffset, loadModel } from "./support.js";
 
 const TICK = 1 / 60;
+/** Of the second avatar of {@link crowdOf}. */
+const SHAPE_1 = [0, -1, 0, 0, 0, 0, 0, 0, 0, 0];
 let model: Model;
 let motion: Motion;
 
@@ -107,6 +109,62 @@ describe("stepAll", () => {
   });
 });
 
+describe("odd orders of calls", () => {
+  it("avatars may be taken out while somebody goes through them", () => {
+    const { crowd, avatars } = crowdOf(6);
+    const seen = crowd.avatars;
+    for (const avatar of crowd.avatars) {
+      crowd.remove(avatar);
+      avatar.dispose();
+    }
+    expect(crowd.avatars).toEqual([]);
+    expect(seen).toEqual(avatars);
+    expect(() => (seen as Avatar[]).pop()).toThrow(TypeError);
+    crowd.stepAll([], TICK);
+    disposeAll(crowd);
+    expect(crowd.avatars).toEqual([]);
+  });
+
+  it("an avatar in two crowds, and stepped alone, is one avatar", () => {
+    const { crowd, avatars } = crowdOf(2);
+    const other = model.createCrowd();
+    const [shared, twin] = [avatars[1] as Avatar, model.createAvatar({ shape: SHAPE_1 })];
+    other.add(shared);
+    for (let frame = 40; frame < 100; frame += 3) {
+      const now = (ahead: number) => motion.poseAt((frame + ahead) * TICK);
+      crowd.stepAll([restPose(), now(0)], TICK);
+      other.stepAll([now(1)], TICK);
+      shared.step(now(2), TICK);
+      for (const ahead of [0, 1, 2]) twin.step(now(ahead), TICK);
+    }
+    expect(largestOffset(twin.offsets)).toBeGreaterThan(1e-3);
+    expect(largestDifference(shared.offsets, twin.offsets)).toBeLessThan(2e-6);
+    crowd.dispose();
+    other.stepAll([motion.poseAt(2)], TICK);
+    disposeAll(other, twin, ...avatars);
+  });
+
+  it("a crowd outlives its model, and memory that grew under it", () => {
+    const own = model.createCrowd();
+    const avatars = Array.from({ length: 3 }, () => model.createAvatar());
+    for (const avatar of avatars) own.add(avatar);
+    const frames = poses(3, 50);
+    own.stepAll(frames, TICK);
+    const { buffer } = (avatars[0] as Avatar).positions;
+    const filler: Avatar[] = [];
+    while ((avatars[0] as Avatar).positions.buffer === buffer && filler.length < 500) {
+      filler.push(model.createAvatar({ shape: [0, filler.length / 200, 0, 0, 0, 0, 0, 0, 0, 0] }));
+    }
+    expect((avatars[0] as Avatar).positions.buffer).not.toBe(buffer);
+    for (const avatar of avatars) avatar.reset();
+    own.stepAll(frames, TICK);
+    const alone = model.createAvatar();
+    alone.step(frames[1] as Float64Array, TICK);
+    expect(largestDifference(avatars[1]?.positions ?? [], alone.positions)).toBeLessThan(2e-6);
+    disposeAll(own, alone, ...avatars, ...filler);
+  });
+});
+
 describe("level of detail", () => {
   it("follows the distance", () => {
     const { crowd, avatars } = crowdOf(4);
@@ -124,6 +182,17 @@ describe("level of detail", () => {
     crowd.stepAll(poses(4, 41), TICK);
     expect(avatars[2]?.detail).toBe("full");
     disposeAll(crowd, ...avatars);
+  });
+
+  it("lets one distance move the other's default", () => {
+    const crowd = model.createCrowd();
+    crowd.levelOfDetail = { halfBeyondM: 60 };
+    expect(crowd.levelOfDetail).toEqual({ halfBeyondM: 60, asleepBeyondM: 60 });
+    crowd.levelOfDetail = { asleepBeyondM: 5 };
+    expect(crowd.levelOfDetail).toEqual({ halfBeyondM: 5, asleepBeyondM: 5 });
+    crowd.levelOfDetail = {};
+    expect(crowd.levelOfDetail).toEqual({ halfBeyondM: 12, asleepBeyondM: 40 });
+    crowd.dispose();
   });
 
   it("refuses what contradicts itself", async () => {

@@ -307,6 +307,24 @@ describe("meshes that do not fit", () => {
     avatar.dispose();
   });
 
+  it("a mesh that another moves already, nothing for an avatar, odd options", async () => {
+    const { mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const { geometry } = mesh;
+    const first = new DynaSkin(avatar, mesh);
+    await expectError("argument", () => new DynaSkin(avatar, mesh));
+    first.dispose();
+    expect(mesh.geometry).toBe(geometry);
+    for (const [nothing, options] of [[undefined], [null], [{}], [mesh], [avatar, null]]) {
+      await expectError("argument", () => new DynaSkin(nothing as Avatar, mesh, options as object));
+    }
+    expect(mesh.geometry).toBe(geometry);
+    new DynaSkin(avatar, mesh).dispose();
+    avatar.dispose();
+    await expectError("disposed", () => new DynaSkin(avatar, mesh));
+    expect(mesh.geometry).toBe(geometry);
+  });
+
   it("bones with other names, unless they are named", async () => {
     const { mesh } = await loadBody();
     const avatar = model.createAvatar();

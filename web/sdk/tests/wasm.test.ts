@@ -85,6 +85,11 @@ describe("other entries", () => {
     avatar.step(restPose(), 1 / 60);
     expect(avatar.positions.length).toBe(6890 * 3);
     expect(fetched).not.toHaveBeenCalled();
+    const compiled = vi.spyOn(WebAssembly, "compile");
+    (await loadInline({ model: modelFiles() })).dispose();
+    expect(compiled).not.toHaveBeenCalled();
+    compiled.mockRestore();
+    await expectError("argument", () => loadInline(undefined as never));
     avatar.dispose();
     loaded.dispose();
   });

@@ -104,15 +104,70 @@ describe("an avatar in a worker", () => {
     expectSame();
   });
 
+  it("gets less detail, sleeps and is out of sight by hand", async () => {
+    for (const avatar of [here, there]) avatar.detail = "half";
+    expect(there.detail).toBe("half");
+    await hop(0.5);
+    expectSame();
+    for (const avatar of [here, there]) avatar.detail = "asleep";
+    await hop(0.4, 0.5);
+    expect(largestOffset(there.offsets)).toBe(0);
+    expect(there.timings?.ticks).toBe(0);
+    for (const avatar of [here, there]) avatar.detail = "full";
+    await hop(0.3, 0.9);
+    expectSame();
+    for (const avatar of [here, there]) avatar.visible = false;
+    await hop(0.1, 1.2);
+    expect([there.visible, there.timings?.ticks]).toEqual([false, 0]);
+    for (const avatar of [here, there]) avatar.visible = true;
+    here.step(motion.poseAt(1.3), TICK);
+    there.step(motion.poseAt(1.3), TICK);
+    await there.whenAnswered();
+    expect(there.timings?.settledBecause).toBe("woken");
+    expectSame();
+    expect(there.distanceM).toBe(0);
+    there.distanceM = 7;
+    expect([there.distanceM, there.pending]).toEqual([7, false]);
+  });
+
+  it("refuses at once what it need not ask the worker about", async () => {
+    await hop(0.3);
+    const odd = (change: object) => () => void Object.assign(there, change);
+    there.step(motion.poseAt(0.3), TICK);
+    there.step(motion.poseAt(0.3 + TICK), TICK); // waits for the one before
+    for (const call of [
+      odd({ scale: 0 }),
+      odd({ scale: Number.NaN }),
+      odd({ scale: "2" }),
+      odd({ detail: "quarter" }),
+      odd({ distanceM: -1 }),
+      odd({ distanceM: "far" }),
+      () => there.setControls(null as never),
+      () => there.setControls({ regions: { belly: null as never } }),
+      () => there.setControls({ strength: (() => 1) as never }),
+      () => there.step(restPose(), Number.NaN),
+      () => there.step(restPose(), -TICK),
+      () => there.step(restPose(), Date.now()),
+      () => there.step(restPose(), "0.016" as never),
+    ]) {
+      await expectError("argument", call);
+    }
+    expect([there.scale, there.detail, there.distanceM]).toEqual([1, "full", 0]);
+    await there.whenAnswered();
+    here.step(motion.poseAt(0.3), TICK);
+    here.step(motion.poseAt(0.3 + TICK), TICK);
+    expectSame();
+  });
+
   it("takes back what the worker refuses, and goes on", async () => {
     await hop(0.3);
     there.setControls({ regions: { belly: { stiffness: -1 } } });
     expect(there.controls.regions.belly.stiffness).toBe(-1);
     await expectError("argument", () => there.whenAnswered());
     expect(there.controls).toEqual(here.controls);
-    there.scale = 0;
+    there.strength = 9;
     while (there.pending) await new Promise((done) => setTimeout(done));
-    expect(there.scale).toBe(1);
+    expect(there.strength).toBe(1);
     await expectError("argument", () => there.step(restPose(), TICK));
     there.step(restPose().fill(Number.NaN), TICK);
     await expectError("pose", () => there.whenAnswered());
@@ -151,6 +206,7 @@ describe("an avatar in a worker", () => {
     for (const promise of waiting) await expectError("disposed", () => promise);
     for (const use of [
       () => there.offsets,
+      () => there.distanceM,
       () => there.reset(),
       () => there.save(),
       () => there.whenAnswered(),
@@ -177,6 +233,35 @@ describe("an avatar in a worker", () => {
       expect(error.message).toContain("out of memory");
     }
     doomed.dispose();
+  });
+
+  it("refuses to start with what cannot work, and starts no worker for it", async () => {
+    let started = 0;
+    const createWorker = () => {
+      started += 1;
+      return nodeWorker();
+    };
+    const model = modelFolder();
+    for (const options of [
+      undefined,
+      {},
+      { model: { bundle: new Uint8Array(1) } },
+      { model: "models/female/" },
+      { model, shape: [1] },
+      { model, shape: null },
+      { model, signal: "stop" },
+      { model, onProgress: 1 },
+      { model, createWorker: "thread.js" },
+    ]) {
+      await expectError("argument", () =>
+        createWorkerAvatar((options && { createWorker, ...options }) as never),
+      );
+    }
+    const stopped = AbortSignal.abort(new Error("left the page"));
+    await expect(createWorkerAvatar({ model, createWorker, signal: stopped })).rejects.toThrow(
+      "left the page",
+    );
+    expect(started).toBe(0);
   });
 
   it("reports the bytes of its model as they arrive", async () => {

@@ -1,4 +1,5 @@
 import { Avatar } from "../avatar.js";
+import { checkObject } from "../check.js";
 import { DynaSkinError, guard } from "../error.js";
 import { JOINT_NAMES, type JointName, type Pose } from "../pose.js";
 
@@ -79,6 +80,20 @@ export function reachM(positions: Float32Array, jointsM: Float32Array): number {
   return Math.max(...chains) + 2 * Math.sqrt(farthest);
 }
 
+/**
+ * Refuses what is no avatar, or no options.
+ *
+ * @throws DynaSkinError `argument`
+ */
+export function checkSource(avatar: TissueSource, options: RigOptions): void {
+  checkObject("options", options);
+  if (avatar?.positions instanceof Float32Array) return;
+  throw new DynaSkinError(
+    "argument",
+    "DynaSkin needs an avatar, as createAvatar() or createWorkerAvatar() gives it, and then a mesh.",
+  );
+}
+
 /** Finds the 24 bones by name. */
 export function findBones<Bone>(
   find: (name: string) => Bone | null | undefined,
@@ -130,6 +145,29 @@ export function checkVertices(
       `vertexMap[${idx}] is ${vertex}; the body's vertices are 0 to ${bodyVertices - 1}.`,
     );
   }
+}
+
+const drivenMeshes = new WeakSet<object>();
+
+/**
+ * Marks a mesh as driven, until {@link releaseMesh}. Two at one mesh would each take the other's
+ * surface for the mesh's own, and give back the wrong one.
+ *
+ * @throws DynaSkinError `argument` if it is driven already
+ */
+export function claimMesh(mesh: object): void {
+  if (drivenMeshes.has(mesh)) {
+    throw new DynaSkinError(
+      "argument",
+      "Another DynaSkin moves this mesh already; dispose of that one first, or clone the mesh.",
+    );
+  }
+  drivenMeshes.add(mesh);
+}
+
+/** The mesh may be driven by another. */
+export function releaseMesh(mesh: object): void {
+  drivenMeshes.delete(mesh);
 }
 
 /** Refuses rest frames that are turned against the model's axes, which a pose cannot express. */

@@ -15,11 +15,14 @@ import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import {
   checkAligned,
+  checkSource,
   checkVertices,
+  claimMesh,
   copyVertices,
   findBones,
   type RigOptions,
   reachM,
+  releaseMesh,
   restJointsOf,
   restOffsetM,
   ShapeWatch,
@@ -89,14 +92,15 @@ export class DynaSkin {
    * @param avatar - an avatar of the mesh's model, here or in a worker
    * @param mesh - the mesh of that model's `body.glb`, as Babylon's glTF loader gives it
    * @throws DynaSkinError `argument` if bones are missing, vertices do not fit, the skeleton is
-   *   shared, or the bones' rest frames are not aligned with the model's axes; the mesh is then
-   *   unchanged
+   *   shared, the bones' rest frames are not aligned with the model's axes, or another DynaSkin moves
+   *   the mesh; the mesh is then unchanged
    */
   constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions = {}) {
     const geometry = mesh?.geometry;
     if (!geometry || !mesh.skeleton) {
       throw new DynaSkinError("argument", "DynaSkin needs a mesh with a geometry and a skeleton.");
     }
+    checkSource(avatar, options);
     const nVertices = mesh.getTotalVertices();
     checkVertices(nVertices, avatar.positions.length / 3, options.vertexMap);
     this.#joints = findJoints(mesh, options.boneNames);
@@ -115,6 +119,7 @@ export class DynaSkin {
       inverseBinds: this.#joints.map(({ bone }) => bone.getAbsoluteInverseBindMatrix().clone()),
       nodePositions: this.#joints.map(({ node }) => node.position.clone()),
     };
+    claimMesh(mesh);
     this.#geometry = geometry.copy(`${geometry.id} dynaskin`);
     this.#copySurface();
     this.#geometry.setVerticesData(VertexBuffer.PositionKind, this.#positions, true, 3);
@@ -197,6 +202,7 @@ export class DynaSkin {
     const original = this.#original;
     if (!original) return;
     this.#original = null;
+    releaseMesh(this.mesh);
     for (const [joint, { bone, node }] of this.#joints.entries()) {
       const inverse = original.inverseBinds[joint];
       const before = original.nodePositions[joint];

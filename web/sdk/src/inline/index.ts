@@ -8,6 +8,7 @@
 import { type LoadOptions, load as loadWith } from "../load.js";
 import type { Model } from "../model.js";
 import { CORE_GZIP_BASE64 } from "../wasm/core-inline.js";
+import { compile } from "../wasm/instantiate.js";
 
 export * from "../index.js";
 
@@ -17,8 +18,21 @@ export * from "../index.js";
  *
  * @throws DynaSkinError as `load` of the main entry
  */
-export function load(options: LoadOptions): Promise<Model> {
-  return loadWith({ ...options, wasm: options.wasm ?? unpack() });
+export async function load(options: LoadOptions): Promise<Model> {
+  return loadWith({ ...options, wasm: options?.wasm ?? (await unpackOnce()) });
+}
+
+let unpacked: Promise<WebAssembly.Module> | null = null;
+
+/** Unpacked and compiled for the first model; later ones share it. */
+function unpackOnce(): Promise<WebAssembly.Module> {
+  if (!unpacked) {
+    unpacked = compile(unpack(), { what: "the dynaskin core" });
+    unpacked.catch(() => {
+      unpacked = null;
+    });
+  }
+  return unpacked;
 }
 
 function unpack(): Response {

@@ -19,11 +19,14 @@ import {
 } from "three";
 import {
   checkAligned,
+  checkSource,
   checkVertices,
+  claimMesh,
   copyVertices,
   findBones,
   type RigOptions,
   reachM,
+  releaseMesh,
   restJointsOf,
   restOffsetM,
   ShapeWatch,
@@ -89,13 +92,15 @@ export class DynaSkin {
   /**
    * @param avatar - an avatar of the mesh's model, here or in a worker
    * @param mesh - the mesh of the same model's `body.glb`, as `GLTFLoader` gives it
-   * @throws DynaSkinError `argument` if bones are missing, vertices do not fit, or the bones' rest
-   *   frames are not aligned with the model's axes; the mesh is then unchanged
+   * @throws DynaSkinError `argument` if bones are missing, vertices do not fit, the bones' rest
+   *   frames are not aligned with the model's axes, or another DynaSkin moves the mesh; the mesh is
+   *   then unchanged
    */
   constructor(avatar: TissueSource, mesh: SkinnedMesh, options: RigOptions = {}) {
     if (!mesh?.isSkinnedMesh || !mesh.skeleton) {
       throw new DynaSkinError("argument", "DynaSkin needs a SkinnedMesh with a skeleton.");
     }
+    checkSource(avatar, options);
     const { geometry, skeleton, bindMatrix, boundingSphere, boundingBox } = mesh;
     const nVertices = geometry.getAttribute("position").count;
     checkVertices(nVertices, avatar.positions.length / 3, options.vertexMap);
@@ -121,6 +126,7 @@ export class DynaSkin {
       bindMatrix: bindMatrix.clone(),
       bonePositions: this.#bones.map((bone) => bone.position.clone()),
     };
+    claimMesh(mesh);
     this.#movePelvis(bindPosition(this.#bones[0], skeleton, bindMatrix));
     this.#fitSkeleton();
     this.#writeSurface();
@@ -195,6 +201,7 @@ export class DynaSkin {
     const original = this.#original;
     if (!original) return;
     this.#original = null;
+    releaseMesh(this.mesh);
     this.mesh.geometry = original.geometry;
     this.mesh.bind(original.skeleton, original.bindMatrix);
     this.mesh.boundingSphere = original.boundingSphere;

@@ -1,12 +1,14 @@
 import type { RemoteAvatar } from "../adapter/rig.js";
 import type { StepTimings } from "../avatar.js";
 import type { RegionName } from "../bundle.js";
+import { checkObject } from "../check.js";
 import {
   type ControlChanges,
   type ControlPreset,
   type Controls,
-  regionIndex,
+  mergedControls,
 } from "../controls.js";
+import { checkDistance, type Detail, detailIndex } from "../detail.js";
 import { DynaSkinError } from "../error.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "../pose.js";
 import {
@@ -20,6 +22,7 @@ import {
   type Settings,
   type SurfaceArrays,
 } from "./protocol.js";
+import { brokenWorker, checkScale, checkTimeStep, disposed } from "./refusals.js";
 
 /** Who waits for an answer. */
 interface Waiting<T> {
@@ -41,6 +44,7 @@ export class WorkerAvatar implements RemoteAvatar {
   #shape: Float32Array;
   #restJointsM: Float32Array;
   #settings: Settings;
+  #distanceM = 0;
   #timings: StepTimings | null = null;
   #spentPose: Float64Array = new Float64Array(POSE_LENGTH);
   readonly #nextPose = new Float64Array(POSE_LENGTH);
@@ -76,11 +80,13 @@ export class WorkerAvatar implements RemoteAvatar {
    *
    * @param pose - see `Pose`; it is copied
    * @param dtSeconds - time since the last step in seconds
-   * @throws DynaSkinError `argument`, `disposed`, `worker` once the worker has stopped, and what the
+   * @throws DynaSkinError `argument` for a wrong length or a time step that is negative, not finite or
+   *   above a day, `disposed`, `worker` once the worker has stopped, and what the
    *   worker met since the last step
    */
   step(pose: Pose, dtSeconds: number): void {
     checkLength("pose", pose, POSE_LENGTH);
+    checkTimeStep(dtSeconds);
     this.#assertAlive();
     if (this.#broken) throw this.#broken;
     const failure = this.#takeFailure();
@@ -168,15 +174,59 @@ export class WorkerAvatar implements RemoteAvatar {
   }
 
   set dynamics(on: boolean) {
-    this.#change({ what: "dynamics", on }, { dynamics: on });
+    const dynamics = Boolean(on);
+    this.#change({ what: "dynamics", on: dynamics }, { dynamics });
   }
 
-  /** How large the avatar stands in the world, 0.1 to 10; see `Avatar.scale`. */
+  /**
+   * How much work the tissue is worth; see `Avatar.detail`. Set it by hand: crowds, which choose it by
+   * distance and by time, take avatars of the page only. Another word throws `argument`.
+   */
+  get detail(): Detail {
+    return this.#settings.detail;
+  }
+
+  set detail(detail: Detail) {
+    detailIndex(detail);
+    this.#change({ what: "detail", detail }, { detail });
+  }
+
+  /** Whether anybody sees the avatar; see `Avatar.visible`. */
+  get visible(): boolean {
+    return this.#settings.visible;
+  }
+
+  set visible(seen: boolean) {
+    const visible = Boolean(seen);
+    this.#change({ what: "visible", visible }, { visible });
+  }
+
+  /**
+   * Metres from the camera, for code that treats all avatars alike. It is kept here and changes
+   * nothing: only a crowd goes by it, and crowds stay in the page. A negative number or NaN throws
+   * `argument`.
+   */
+  get distanceM(): number {
+    this.#assertAlive();
+    return this.#distanceM;
+  }
+
+  set distanceM(metres: number) {
+    checkDistance(metres);
+    this.#assertAlive();
+    this.#distanceM = metres;
+  }
+
+  /**
+   * How large the avatar stands in the world, 0.1 to 10; see `Avatar.scale`. Other numbers throw
+   * `argument` at once.
+   */
   get scale(): number {
     return this.#settings.scale;
   }
 
   set scale(factor: number) {
+    checkScale(factor);
     // A pose that waits is of the size it was given at.
     const ratio = factor / this.#settings.scale;
     for (const axis of [0, 1, 2]) this.#nextPose[axis] = (this.#nextPose[axis] ?? 0) * ratio;
@@ -195,8 +245,11 @@ export class WorkerAvatar implements RemoteAvatar {
    *   throws
    */
   setControls(change: ControlChanges | ControlPreset): void {
+    if (typeof change !== "string") checkObject("change", change);
     const expected =
-      typeof change === "string" ? {} : { controls: changed(this.#settings.controls, change) };
+      typeof change === "string"
+        ? {}
+        : { controls: mergedControls(this.#settings.controls, change) };
     this.#change({ what: "controls", controls: change }, expected);
   }
 
@@ -288,7 +341,14 @@ export class WorkerAvatar implements RemoteAvatar {
   }
 
   #change(change: Change, expected: Partial<Settings> = {}): void {
-    this.#post({ type: "change", change });
+    try {
+      this.#post({ type: "change", change });
+    } catch (cause) {
+      if (cause instanceof DynaSkinError) throw cause;
+      throw new DynaSkinError("argument", `The ${change.what} cannot be sent to a worker.`, {
+        cause,
+      });
+    }
     this.#unansweredChanges += 1;
     this.#settings = { ...this.#settings, ...expected };
   }
@@ -382,27 +442,4 @@ export class WorkerAvatar implements RemoteAvatar {
       for (const { reject } of waiting.splice(0)) reject(error);
     }
   }
-}
-
-/** Why a worker did not start, or stopped. */
-export function brokenWorker(event: ErrorEvent): DynaSkinError {
-  return new DynaSkinError(
-    "worker",
-    "The worker could not be started, or stopped. The page's content security policy must allow " +
-      `worker-src 'self', and the bundler must have copied worker/thread.js. ${event.message ?? ""}`,
-  );
-}
-
-function disposed(): DynaSkinError {
-  return new DynaSkinError("disposed", "This avatar was used after dispose().");
-}
-
-function changed(controls: Controls, { regions, ...head }: ControlChanges): Controls {
-  const changedRegions = { ...controls.regions };
-  for (const [name, change] of Object.entries(regions ?? {})) {
-    regionIndex(name);
-    const region = name as RegionName;
-    changedRegions[region] = { ...changedRegions[region], ...change };
-  }
-  return { ...controls, ...head, regions: changedRegions };
 }

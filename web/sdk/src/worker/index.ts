@@ -10,11 +10,13 @@
  */
 export { WorkerAvatar } from "./avatar.js";
 
+import { checkCallback, checkObject, checkSignal } from "../check.js";
 import { DynaSkinError } from "../error.js";
 import { checkLength, SHAPE_LENGTH } from "../pose.js";
 import type { Progress } from "../source.js";
-import { brokenWorker, WorkerAvatar } from "./avatar.js";
+import { WorkerAvatar } from "./avatar.js";
 import type { Answer, Request } from "./protocol.js";
+import { brokenWorker } from "./refusals.js";
 
 /** How an avatar in a worker begins. */
 export interface WorkerAvatarOptions {
@@ -37,11 +39,18 @@ export interface WorkerAvatarOptions {
  *
  * @throws DynaSkinError `worker` where workers cannot be started, and what `load` throws
  */
-export function createWorkerAvatar(options: WorkerAvatarOptions): Promise<WorkerAvatar> {
-  const { signal, shape } = options;
+export async function createWorkerAvatar(options: WorkerAvatarOptions): Promise<WorkerAvatar> {
+  checkObject(
+    'createWorkerAvatar() needs options, such as { model: "/models/female/" }: they',
+    options,
+  );
+  const { signal } = options;
+  checkSignal(signal);
+  checkCallback("onProgress", options.onProgress);
+  checkCallback("createWorker", options.createWorker);
+  signal?.throwIfAborted();
+  const request = toRequest(options);
   return new Promise((resolve, reject) => {
-    signal?.throwIfAborted();
-    if (shape) checkLength("shape", shape, SHAPE_LENGTH);
     const worker = startWorker(options.createWorker);
     const finish = (end: () => void) => {
       signal?.removeEventListener("abort", onAbort);
@@ -62,13 +71,24 @@ export function createWorkerAvatar(options: WorkerAvatarOptions): Promise<Worker
       if (data.type === "failed") fail(new DynaSkinError(data.code, data.message));
       if (data.type === "ready") finish(() => resolve(new WorkerAvatar(worker, data)));
     };
-    const request: Request = { type: "load", model: absolute(options.model) };
-    const { wasm } = options;
-    if (wasm)
-      request.wasm = wasm instanceof URL || typeof wasm === "string" ? absolute(wasm) : wasm;
-    if (shape) request.shape = Array.from(shape);
     worker.postMessage(request);
   });
+}
+
+function toRequest({ model, wasm, shape }: WorkerAvatarOptions): Request {
+  if (typeof model !== "string" && !(model instanceof URL)) {
+    throw new DynaSkinError(
+      "argument",
+      "model must be the address of a model's folder; a worker fetches the files by itself.",
+    );
+  }
+  const request: Request = { type: "load", model: absolute(model) };
+  if (wasm) request.wasm = wasm instanceof URL || typeof wasm === "string" ? absolute(wasm) : wasm;
+  if (shape !== undefined) {
+    checkLength("shape", shape, SHAPE_LENGTH);
+    request.shape = Array.from(shape);
+  }
+  return request;
 }
 
 function startWorker(create: (() => Worker) | undefined): Worker {
@@ -76,12 +96,24 @@ function startWorker(create: (() => Worker) | undefined): Worker {
   if (typeof Worker !== "function") {
     throw new DynaSkinError("worker", "There are no web workers here; use load() instead.");
   }
-  // In one piece, because bundlers look for exactly this.
-  return new Worker(new URL("./thread.js", import.meta.url), { type: "module" });
+  try {
+    // In one piece, because bundlers look for exactly this.
+    return new Worker(new URL("./thread.js", import.meta.url), { type: "module" });
+  } catch (cause) {
+    throw brokenWorker(cause, { cause });
+  }
 }
 
 /** A worker's relative addresses count from its own file, the caller's from the page. */
 function absolute(address: string | URL): string {
   const { document } = globalThis as { document?: { baseURI: string } };
-  return new URL(address, document?.baseURI).href;
+  try {
+    return new URL(address, document?.baseURI).href;
+  } catch (cause) {
+    throw new DynaSkinError(
+      "argument",
+      `"${address}" is no address; outside a page it must be a full one, such as file:///models/female/.`,
+      { cause },
+    );
+  }
 }

@@ -1,5 +1,6 @@
 import type { StepTimings } from "../avatar.js";
 import type { ControlChanges, ControlPreset, Controls } from "../controls.js";
+import type { Detail } from "../detail.js";
 import type { Progress } from "../source.js";
 
 /** Arrays of one surface; they travel to the worker and back instead of being copied. */
@@ -16,6 +17,8 @@ export type Change =
   | { what: "controls"; controls: ControlChanges | ControlPreset }
   | { what: "scale"; factor: number }
   | { what: "dynamics"; on: boolean }
+  | { what: "detail"; detail: Detail }
+  | { what: "visible"; visible: boolean }
   | { what: "reset" };
 
 /** What the page asks of the worker. Everything after `load` is answered in order. */
@@ -36,6 +39,8 @@ export interface Settings {
   controls: Controls;
   scale: number;
   dynamics: boolean;
+  detail: Detail;
+  visible: boolean;
 }
 
 /** A body's shape, and where its joints rest. */

@@ -92,6 +92,12 @@ function apply(change: Change, to: Avatar): void {
     case "dynamics":
       to.dynamics = change.on;
       return;
+    case "detail":
+      to.detail = change.detail;
+      return;
+    case "visible":
+      to.visible = change.visible;
+      return;
     case "reset":
       to.reset();
   }
@@ -107,8 +113,8 @@ function sendAll(type: "ready" | "changed" | "restored", source: Avatar): void {
   scope.postMessage({ type, surface, state }, buffersOf(surface));
 }
 
-function settingsOf({ controls, scale, dynamics }: Avatar): Settings {
-  return { controls, scale, dynamics };
+function settingsOf({ controls, scale, dynamics, detail, visible }: Avatar): Settings {
+  return { controls, scale, dynamics, detail, visible };
 }
 
 /** None of an avatar whose core has crashed. */
