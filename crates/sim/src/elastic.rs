@@ -98,7 +98,6 @@ impl Vec3x4 {
 /// Constants of the material that all elements share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
-    bulk_ratio: f32,
     stiffening: f32,
     skin_stiffening: f32,
 }
@@ -106,7 +105,6 @@ pub(crate) struct Law {
 impl Law {
     pub fn new(settings: &SimSettings) -> Self {
         Self {
-            bulk_ratio: settings.bulk_ratio,
             stiffening: settings.stiffening,
             skin_stiffening: settings.skin_stiffening,
         }
@@ -121,6 +119,8 @@ pub(crate) struct TetGroup {
     gradients: [Vec3x4; 3],
     /// Volume times shear modulus; 0 in lanes without an element.
     stiffness: f32x4,
+    /// Volume times modulus of the volume term.
+    bulk: f32x4,
 }
 
 /// Packs elements into groups, taking lanes far apart so that one group rarely meets the same node
@@ -136,6 +136,7 @@ impl TetGroup {
             nodes: [[fixed; LANES]; 4],
             gradients: [Vec3x4::ZERO; 3],
             stiffness: f32x4::ZERO,
+            bulk: f32x4::ZERO,
         };
         let mut groups = vec![empty; tets.len().div_ceil(LANES)];
         for (tet, (group, lane)) in tets.iter().zip(spread(tets.len())) {
@@ -143,6 +144,7 @@ impl TetGroup {
                 groups[group].nodes[corner][lane] = tet.nodes[corner];
             }
             groups[group].stiffness.as_mut_array()[lane] = tet.stiffness_joules;
+            groups[group].bulk.as_mut_array()[lane] = tet.bulk_joules;
         }
         groups
     }
@@ -200,7 +202,7 @@ impl TetGroup {
         let volume = volume
             .fast_max(f32x4::splat(-VOLUME_CAP))
             .fast_min(f32x4::splat(VOLUME_CAP));
-        let pressure = self.stiffness * (volume * f32x4::splat(law.bulk_ratio) - f32x4::ONE);
+        let pressure = volume * self.bulk - self.stiffness;
         let p0 = f0.scaled(shear).plus(f1.cross(f2).scaled(pressure));
         let p1 = f1.scaled(shear).plus(f2.cross(f0).scaled(pressure));
         let p2 = f2.scaled(shear).plus(f0.cross(f1).scaled(pressure));
@@ -218,16 +220,15 @@ impl TetGroup {
         let (strain, volume) = Self::invariants(self.displacement_gradient(displacement));
         let mut sum = 0.0;
         for lane in 0..LANES {
-            let [i, v, g] = [strain, volume, self.stiffness].map(|x| f64::from(x.as_array()[lane]));
+            let [i, v, g, b] =
+                [strain, volume, self.stiffness, self.bulk].map(|x| f64::from(x.as_array()[lane]));
             let cap = f64::from(STRAIN_CAP);
             let stiffened = i.clamp(0.0, cap);
             let extra = stiffened * stiffened / 2.0 + (i - cap).max(0.0) * cap;
             let cap = f64::from(VOLUME_CAP);
             let inside = v.clamp(-cap, cap);
             let bulk = inside * inside / 2.0 + (v - inside) * inside;
-            sum += g
-                * (i / 2.0 + f64::from(law.stiffening) * extra / 2.0 - v
-                    + f64::from(law.bulk_ratio) * bulk);
+            sum += g * (i / 2.0 + f64::from(law.stiffening) * extra / 2.0 - v) + b * bulk;
         }
         sum
     }
@@ -355,7 +356,6 @@ mod tests {
 
     fn law() -> Law {
         Law {
-            bulk_ratio: 8.0,
             stiffening: 0.5,
             skin_stiffening: 6.0,
         }
@@ -401,6 +401,7 @@ mod tests {
                 Vec3::new(1.0, 4.0, 25.0),
             ],
             stiffness_joules: 2.0,
+            bulk_joules: 16.0,
             strain_margin: 1.0,
             prism: 0,
         };

@@ -23,6 +23,9 @@ pub struct SimSettings {
     pub density_kg_per_m3: f32,
     /// Ratio of the volume term's modulus to the shear modulus; see [`crate::Shell`].
     pub bulk_ratio: f32,
+    /// Least modulus of the volume term in pascals: tissue of any softness is nearly
+    /// incompressible, and a soft breast would be crushed to a fold by its own weight in a landing.
+    pub least_bulk_pa: f32,
     /// Strain stiffening: the shear modulus grows by this factor per unit of `tr(FᵀF) - 3`.
     pub stiffening: f32,
     /// Mass of the skin in kg/m², added at the surface.
@@ -97,6 +100,11 @@ impl SimSettings {
         settings
     }
 
+    /// Modulus of the volume term in pascals of tissue with this shear modulus.
+    pub fn bulk_modulus_pa(&self, shear_pa: f32) -> f32 {
+        (self.bulk_ratio * shear_pa).max(self.least_bulk_pa)
+    }
+
     /// Whether every setting lies in a range that can be simulated (settings come from files).
     ///
     /// # Errors
@@ -112,6 +120,7 @@ impl SimSettings {
             ("edge_stiffening", self.edge_stiffening, 0.0, 1e3),
             ("density_kg_per_m3", self.density_kg_per_m3, 100.0, 1e4),
             ("bulk_ratio", self.bulk_ratio, 1.0, 1e3),
+            ("least_bulk_pa", self.least_bulk_pa, 0.0, 1e6),
             ("stiffening", self.stiffening, 0.0, 100.0),
             ("skin_kg_per_m2", self.skin_kg_per_m2, 0.0, 100.0),
             ("skin_stiffening", self.skin_stiffening, 0.0, 1e3),
@@ -154,6 +163,7 @@ impl Default for SimSettings {
             edge_stiffening: 1.5,
             density_kg_per_m3: 950.0,
             bulk_ratio: 8.0,
+            least_bulk_pa: 5000.0,
             stiffening: 1.0,
             skin_kg_per_m2: 1.6,
             skin_stiffening: 3.0,
@@ -178,7 +188,7 @@ fn tissue(region: Region) -> Tissue {
     };
     match region {
         Region::Chest => Tissue {
-            shear_modulus_pa: 95.0,
+            shear_modulus_pa: 75.0,
             depth_exponent: 0.0,
             damping_ratio: 0.245,
             skin_n_per_m: 5.0,

@@ -327,11 +327,7 @@ impl NodeConstants {
             damping_per_s: shell.node_damping_per_s.clone(),
             added_mass_kg: 0.0,
         };
-        for (mass, block) in shell
-            .node_mass_kg
-            .iter()
-            .zip(stiffness_blocks(shell, settings))
-        {
+        for (mass, block) in shell.node_mass_kg.iter().zip(stiffness_blocks(shell)) {
             // A chain of equal nodes vibrates at up to twice a node's own stiffness over its mass.
             let stiffness = largest_eigenvalue(block);
             let scaled = mass.max(2.0 * stiffness / (allowed * allowed));
@@ -349,7 +345,7 @@ impl NodeConstants {
 
 /// Stiffness of each free node with all others held, at the strain that tissue so soft and deep
 /// reaches, in N/m.
-fn stiffness_blocks(shell: &Shell, settings: &SimSettings) -> Vec<Mat3> {
+fn stiffness_blocks(shell: &Shell) -> Vec<Mat3> {
     let mut blocks = vec![Mat3::ZERO; shell.node_rest_m.len()];
     let mut add = |node: u32, block: Mat3| {
         if let Some(sum) = blocks.get_mut(node as usize) {
@@ -362,7 +358,10 @@ fn stiffness_blocks(shell: &Shell, settings: &SimSettings) -> Vec<Mat3> {
         let stiffness = tet.stiffness_joules * tet.strain_margin;
         for (node, g) in tet.nodes.iter().zip([-(a + b + c), a, b, c]) {
             let shear = Mat3::from_diagonal(Vec3::splat(g.length_squared()));
-            add(*node, (shear + outer(g) * settings.bulk_ratio) * stiffness);
+            add(
+                *node,
+                shear * stiffness + outer(g) * (tet.bulk_joules * tet.strain_margin),
+            );
         }
     }
     for triangle in &shell.triangles {

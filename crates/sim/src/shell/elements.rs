@@ -24,6 +24,8 @@ pub(crate) struct Tet {
     pub gradients_per_m: [Vec3; 3],
     /// Volume in m³ times shear modulus in Pa.
     pub stiffness_joules: f32,
+    /// Volume in m³ times modulus of the volume term in Pa.
+    pub bulk_joules: f32,
     /// How many times stiffer it gets at the strain it is expected to reach.
     pub strain_margin: f32,
     /// Prism it belongs to, whose rotation it follows.
@@ -186,7 +188,7 @@ impl Builder<'_> {
         }
         (0..self.columns.slots)
             .map(|slot| {
-                let modulus_pa = self.settings.bulk_ratio * self.shear_pa[slot];
+                let modulus_pa = self.settings.bulk_modulus_pa(self.shear_pa[slot]);
                 modulus_pa * area_m2[slot] / self.inner.depth_m[slot]
             })
             .collect()
@@ -246,6 +248,7 @@ impl Builder<'_> {
                         nodes,
                         gradients_per_m,
                         stiffness_joules: volume_m3 * shear_pa,
+                        bulk_joules: volume_m3 * self.settings.bulk_modulus_pa(shear_pa),
                         strain_margin: self.strain_margin(prism, shear_pa),
                         prism: prism_index as u32,
                     });
