@@ -230,8 +230,8 @@ export class Avatar {
    * of stiffness or damping sets in with the next step.
    *
    * @param change - what to change, or a preset that replaces all
-   * @throws DynaSkinError `argument` for a number out of range, an unknown region or an unknown
-   *   preset; the avatar then keeps its controls
+   * @throws DynaSkinError `argument` for a number out of range, or a control, region or preset that is
+   *   not known; the avatar then keeps its controls
    */
   setControls(change: ControlChanges | ControlPreset): void {
     if (typeof change !== "string") checkObject("change", change);
