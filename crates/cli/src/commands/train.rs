@@ -309,6 +309,12 @@ fn listing(data_set: &DataSet) -> String {
             set.name()
         ));
     }
+    if data_set.varied_clips > 0 {
+        text.push_str(&format!(
+            "\n  {} clips with varied materials are left out: the networks have no input for them",
+            data_set.varied_clips
+        ));
+    }
     text
 }
 
