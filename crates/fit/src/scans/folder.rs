@@ -65,8 +65,9 @@ pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitErro
 /// By name, with numbers inside names in the order of their values: `scan2` before `scan10`.
 fn sorted(mut paths: Vec<PathBuf>) -> Vec<PathBuf> {
     paths.sort_by_cached_key(|path| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        (natural_key(&name), name.into_owned())
+        // Without the ending, whose dot would come between `a` and `a9`.
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        (natural_key(&stem), path.clone())
     });
     paths
 }
