@@ -8,14 +8,15 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use dynaskin_runtime::features::InertialFeatures;
+use dynaskin_runtime::features::{FeatureKind, MotionFeatures};
 use dynaskin_runtime::{Avatar, StageSeconds};
 
 const DT: f64 = 1.0 / 60.0;
 
 fn features(criterion: &mut Criterion) {
     let body = support::body_of(support::LARGE);
-    let mut inertial = InertialFeatures::new(&body.joint_template_m, &[0.0; 10]);
+    let mut inertial =
+        MotionFeatures::new(FeatureKind::Inertial, &body.joint_template_m, &[0.0; 10]);
     let mut tick = 0;
     criterion.bench_function("features", |bencher| {
         bencher.iter(|| {

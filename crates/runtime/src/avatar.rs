@@ -94,7 +94,7 @@ impl Avatar {
         let figure = model.figure(checked_shape(shape)?)?;
         let vertex_count = model.body().vertex_count();
         let tissue = figure.rest.as_ref();
-        let tissue = tissue.map(|rest| Tissue::new(&figure, rest));
+        let tissue = tissue.map(|rest| Tissue::new(model.feature_kind(), &figure, rest));
         let skin = SkinMatrices::new(&Pose::REST, &figure.joints_rest_m);
         let mut avatar = Self {
             surface: Surface::new(&figure),
@@ -355,7 +355,8 @@ impl Avatar {
         let memory = match (&self.tissue, self.model.networks()) {
             (Some(tissue), Some(networks)) => {
                 let joints_rest_m = self.model.body().shaped(&shape).joints_m;
-                let responds = !controls.responds_as_predicted();
+                let shares = controls.shares(self.model.feature_kind());
+                let responds = !shares.are_predicted();
                 let predictor = &networks.predictor;
                 Some(tissue.read(predictor, &mut reader, &joints_rest_m, responds)?)
             }

@@ -3,6 +3,7 @@
 use dynaskin_body::{REGION_COUNT, Region};
 
 use crate::RuntimeError;
+use crate::features::{FeatureKind, Materials};
 use crate::state::{Reader, Writer};
 use crate::surface::OFFSET_LIMIT_M;
 
@@ -142,12 +143,52 @@ impl Controls {
         Ok(controls)
     }
 
-    /// Whether stiffness and damping are everywhere as predicted.
-    pub(crate) fn responds_as_predicted(&self) -> bool {
-        self.regions
+    /// Shares stiffness and damping out between networks with features of `kind` and the filters
+    /// after them.
+    pub(crate) fn shares(&self, kind: FeatureKind) -> Shares {
+        let mut shares = Shares {
+            materials: Materials::default(),
+            left: self.regions,
+        };
+        if !kind.has_materials() {
+            return shares;
+        }
+        for (index, left) in shares.left.iter_mut().enumerate() {
+            let learned = clamped(left.stiffness, Materials::LEARNED_STIFFNESS);
+            // The control says how fast a swing dies away, the material how that compares with how
+            // fast it swings: at the same ratio stiffer tissue comes to rest sooner.
+            let ratio = left.damping / learned.sqrt();
+            let learned_ratio = clamped(ratio, Materials::LEARNED_DAMPING);
+            shares.materials.stiffness[index] = learned;
+            shares.materials.damping[index] = learned_ratio;
+            // Exactly 1 where the networks know it all.
+            left.stiffness /= learned;
+            left.damping = ratio / learned_ratio;
+        }
+        shares
+    }
+}
+
+/// Stiffness and damping shared out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shares {
+    /// What the networks are told.
+    pub materials: Materials,
+    /// What is left to [`crate::response`].
+    pub left: [RegionControls; REGION_COUNT],
+}
+
+impl Shares {
+    /// Whether nothing is left.
+    pub fn are_predicted(&self) -> bool {
+        self.left
             .iter()
             .all(|region| region.stiffness == 1.0 && region.damping == 1.0)
     }
+}
+
+fn clamped(factor: f32, range: std::ops::RangeInclusive<f32>) -> f32 {
+    factor.clamp(*range.start(), *range.end())
 }
 
 /// Refuses a control outside `least..=limit`; NaN is outside.

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::RuntimeError;
 use crate::engine::Engine;
-use crate::features::InertialFeatures;
+use crate::features::MotionFeatures;
 use crate::model::Model;
 use crate::onnx::PredictorState;
 use crate::tissue::settled;
@@ -47,7 +47,8 @@ impl Figure {
         let rest = match model.networks() {
             Some(networks) => {
                 let mut engine = Engine::new(networks)?;
-                let mut features = InertialFeatures::new(&shaped.joints_m, &shape);
+                let mut features =
+                    MotionFeatures::new(model.feature_kind(), &shaped.joints_m, &shape);
                 let standing = features.push(&Pose::REST);
                 let mut latent = vec![0.0; networks.bundle.latent_count];
                 let state = settled(&mut engine.predictor, standing, &mut latent)?;

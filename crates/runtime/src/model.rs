@@ -7,6 +7,7 @@ use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
 use crate::RuntimeError;
 use crate::bundle::{Bundle, field};
 use crate::controls::Controls;
+use crate::features::{FeatureKind, Materials};
 use crate::figure::{Figure, Figures};
 use crate::onnx::{Decoder, Predictor};
 use crate::response::{self, Mode};
@@ -157,8 +158,28 @@ impl Model {
         self.figures.get(self, shape)
     }
 
-    /// How the regions swing by themselves.
-    pub(crate) fn modes(&self) -> Result<&[Mode; REGION_COUNT], RuntimeError> {
+    /// What the networks take as input; `inertial` where there are none.
+    pub(crate) fn feature_kind(&self) -> FeatureKind {
+        self.networks
+            .as_ref()
+            .map_or(FeatureKind::Inertial, |networks| {
+                networks.bundle.feature_kind
+            })
+    }
+
+    /// How the regions swing by themselves when they are made of `materials`.
+    pub(crate) fn modes_of(
+        &self,
+        materials: &Materials,
+    ) -> Result<[Mode; REGION_COUNT], RuntimeError> {
+        let modes = self.modes()?;
+        Ok(std::array::from_fn(|region| {
+            modes[region].of_material(materials.stiffness[region], materials.damping[region])
+        }))
+    }
+
+    /// How the regions swing by themselves when they are made of the usual tissue.
+    fn modes(&self) -> Result<&[Mode; REGION_COUNT], RuntimeError> {
         if let Some(modes) = self.modes.get() {
             return Ok(modes);
         }

@@ -1,6 +1,7 @@
 //! Stiffness and damping of a region, changed after the networks.
 //!
-//! The networks have no such inputs: they learned tissue of one stiffness. But tissue that follows
+//! Networks without materials among their features learned tissue of one stiffness, the others
+//! tissue of some; this does what is left ([`crate::controls::Shares`]). Tissue that follows
 //! its bone is, near rest, an oscillator driven by the bone's acceleration, and what turns the
 //! offsets of one oscillator into those of another is a linear filter,
 //!
@@ -26,7 +27,7 @@ use glam::DVec3;
 use crate::RuntimeError;
 use crate::controls::RegionControls;
 use crate::engine::Engine;
-use crate::features::InertialFeatures;
+use crate::features::MotionFeatures;
 use crate::model::Model;
 use crate::tissue::settled;
 
@@ -59,6 +60,14 @@ impl Mode {
         frequency_rad_s: 4.0 * std::f64::consts::TAU,
         damping_ratio: 0.25,
     };
+
+    /// The mode of tissue stiffer and more damped by the given factors.
+    pub fn of_material(self, stiffness: f32, damping: f32) -> Self {
+        Self {
+            frequency_rad_s: self.frequency_rad_s * f64::from(stiffness).sqrt(),
+            damping_ratio: self.damping_ratio * f64::from(damping),
+        }
+    }
 
     /// The mode of a free decay `u_t = a1 u_{t-1} + a2 u_{t-2}` at the model's rate.
     fn of_decay(a1: f64, a2: f64) -> Option<Self> {
@@ -122,7 +131,8 @@ pub(crate) fn modes(model: &Model) -> Result<[Mode; REGION_COUNT], RuntimeError>
         return Ok([Mode::TYPICAL; REGION_COUNT]);
     };
     let shape = [0.0; SHAPE_COUNT];
-    let mut features = InertialFeatures::new(&body.shaped(&shape).joints_m, &shape);
+    let joints_rest_m = body.shaped(&shape).joints_m;
+    let mut features = MotionFeatures::new(model.feature_kind(), &joints_rest_m, &shape);
     let Engine {
         mut predictor,
         mut decoder,

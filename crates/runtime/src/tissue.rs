@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::RuntimeError;
 use crate::controls::Controls;
-use crate::features::{InertialFeatures, Kinematics};
+use crate::features::{FeatureKind, Kinematics, MotionFeatures};
 use crate::figure::{Figure, RestTissue};
 use crate::model::Model;
 use crate::onnx::{Predictor, PredictorSession, PredictorState};
@@ -28,7 +28,7 @@ pub const FADE_SECONDS: f64 = 0.2;
 
 #[derive(Debug)]
 pub(crate) struct Tissue {
-    features: InertialFeatures,
+    features: MotionFeatures,
     state: PredictorState,
     /// The latents of the last tick and of the one before.
     latent: Vec<f32>,
@@ -63,10 +63,10 @@ pub(crate) struct Memory {
 
 impl Tissue {
     /// Tissue that has come to rest in the rest pose.
-    pub fn new(figure: &Arc<Figure>, rest: &RestTissue) -> Self {
+    pub fn new(kind: FeatureKind, figure: &Arc<Figure>, rest: &RestTissue) -> Self {
         let numbers = rest.offsets_m.len();
         Self {
-            features: InertialFeatures::new(&figure.joints_rest_m, &figure.shape),
+            features: MotionFeatures::new(kind, &figure.joints_rest_m, &figure.shape),
             state: rest.state.clone(),
             latent: rest.latent.clone(),
             latent_before: rest.latent.clone(),
@@ -87,10 +87,13 @@ impl Tissue {
 
     /// Takes over root inertia, stiffness and damping. What swings swings on.
     pub fn set_controls(&mut self, model: &Model, controls: &Controls) -> Result<(), RuntimeError> {
-        if controls.responds_as_predicted() {
+        let shares = controls.shares(model.feature_kind());
+        self.features.set_materials(&shares.materials);
+        if shares.are_predicted() {
             self.response = None;
         } else {
-            let (modes, regions) = (model.modes()?, &controls.regions);
+            let (modes, regions) = (model.modes_of(&shares.materials)?, &shares.left);
+            let modes = &modes;
             match &mut self.response {
                 Some(response) => response.set(model, modes, regions),
                 None => {
@@ -321,7 +324,7 @@ impl Tissue {
     ) -> Result<Memory, RuntimeError> {
         let (latents, numbers) = (self.latent.len(), self.shown_m.len());
         Ok(Memory {
-            past: InertialFeatures::read_past(reader, joints_rest_m)?,
+            past: MotionFeatures::read_past(reader, joints_rest_m)?,
             state: predictor.read_state(reader)?,
             latents: [reader.floats(latents)?, reader.floats(latents)?],
             shown_m: reader.floats(numbers)?,

@@ -9,7 +9,7 @@ mod support;
 use std::sync::Arc;
 
 use dynaskin_body::{Pose, Region};
-use dynaskin_runtime::features::{FeatureKind, clip_features};
+use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
 use dynaskin_runtime::{Avatar, Model, RuntimeError, Settled};
 use glam::{DQuat, DVec3, Vec3};
 use support::{SMALL, kind, pose_at};
@@ -90,7 +90,14 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
     let joints_m = *avatar.joints_rest_m();
     let rest_features = {
         let clip = still_clip(Pose::REST, 1);
-        clip_features(FeatureKind::Inertial, &clip, &joints_m, &SHAPE).unwrap()
+        clip_features(
+            FeatureKind::Inertial,
+            &clip,
+            &joints_m,
+            &SHAPE,
+            &Materials::default(),
+        )
+        .unwrap()
     };
     let mut plain = PlainTract::new();
     let mut latent = vec![];
@@ -105,7 +112,14 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
         rate_hz: 60.0,
         frames,
     };
-    let features = clip_features(FeatureKind::Inertial, &clip, &joints_m, &SHAPE).unwrap();
+    let features = clip_features(
+        FeatureKind::Inertial,
+        &clip,
+        &joints_m,
+        &SHAPE,
+        &Materials::default(),
+    )
+    .unwrap();
     let mut plain = PlainTract::new();
     let mut worst = 0.0_f32;
     let mut seen = 0.0_f32;

@@ -4,7 +4,7 @@ use dynaskin_body::{JOINT_COUNT, Joint, Pose, SHAPE_COUNT};
 use dynaskin_motion::Clip;
 use dynaskin_runtime::RuntimeError;
 use dynaskin_runtime::features::{
-    FeatureKind, INERTIAL_FEATURE_COUNT, InertialFeatures, clip_features,
+    FeatureKind, INERTIAL_FEATURE_COUNT, Materials, MotionFeatures, clip_features,
 };
 use glam::{DQuat, DVec3, Vec3};
 
@@ -26,7 +26,7 @@ fn named(features: &[f32], name: &str) -> f32 {
 }
 
 fn last_features(poses: impl IntoIterator<Item = Pose>) -> Vec<f32> {
-    let mut inertial = InertialFeatures::new(&joints(), &[0.0; SHAPE_COUNT]);
+    let mut inertial = MotionFeatures::new(FeatureKind::Inertial, &joints(), &[0.0; SHAPE_COUNT]);
     let mut last = Vec::new();
     for pose in poses {
         last = inertial.push(&pose).to_vec();
@@ -176,7 +176,7 @@ fn a_capture_glitch_stays_bounded() {
 
 #[test]
 fn a_shape_change_is_not_an_acceleration() {
-    let mut inertial = InertialFeatures::new(&joints(), &[0.0; SHAPE_COUNT]);
+    let mut inertial = MotionFeatures::new(FeatureKind::Inertial, &joints(), &[0.0; SHAPE_COUNT]);
     for _ in 0..4 {
         inertial.push(&Pose::REST);
     }
@@ -196,19 +196,97 @@ fn a_whole_clip_has_the_features_of_its_poses() {
         frames: (0..7).map(wild_pose).collect(),
     };
     let shape = [0.5; SHAPE_COUNT];
-    let all = clip_features(FeatureKind::Inertial, &clip, &joints(), &shape).unwrap();
+    let all = clip_features(
+        FeatureKind::Inertial,
+        &clip,
+        &joints(),
+        &shape,
+        &Materials::default(),
+    )
+    .unwrap();
     assert_eq!(all.len(), 7 * INERTIAL_FEATURE_COUNT);
-    let mut inertial = InertialFeatures::new(&joints(), &shape);
+    let mut inertial = MotionFeatures::new(FeatureKind::Inertial, &joints(), &shape);
     for (pose, row) in clip.frames.iter().zip(all.chunks(INERTIAL_FEATURE_COUNT)) {
         assert_eq!(inertial.push(pose), row);
     }
 
     clip.rate_hz = 120.0;
-    let error = clip_features(FeatureKind::Inertial, &clip, &joints(), &shape).unwrap_err();
+    let error = clip_features(
+        FeatureKind::Inertial,
+        &clip,
+        &joints(),
+        &shape,
+        &Materials::default(),
+    )
+    .unwrap_err();
     assert!(matches!(error, RuntimeError::ClipRate { .. }), "{error}");
 
     clip.rate_hz = 60.0;
     clip.frames[3].parent_from_joint[4].x = f64::NAN;
-    let error = clip_features(FeatureKind::Inertial, &clip, &joints(), &shape).unwrap_err();
+    let error = clip_features(
+        FeatureKind::Inertial,
+        &clip,
+        &joints(),
+        &shape,
+        &Materials::default(),
+    )
+    .unwrap_err();
     assert!(error.to_string().contains("left_knee"), "{error}");
+}
+
+#[test]
+fn every_kind_names_all_its_features() {
+    for kind in [
+        FeatureKind::Inertial,
+        FeatureKind::InertialMaterials,
+        FeatureKind::PoseShape,
+        FeatureKind::PoseWindow,
+    ] {
+        let names = kind.names();
+        assert_eq!(names.len(), kind.count(), "{kind:?}");
+        let distinct: std::collections::BTreeSet<_> = names.iter().collect();
+        assert_eq!(distinct.len(), names.len(), "{kind:?}");
+    }
+    assert_eq!(FeatureKind::PoseShape.count(), 69 + 10);
+    assert_eq!(FeatureKind::PoseWindow.count(), 3 * 75 + 10);
+}
+
+#[test]
+fn materials_are_logarithms_before_the_shape() {
+    let mut shape = [0.0; SHAPE_COUNT];
+    shape[0] = 1.5;
+    let kind = FeatureKind::InertialMaterials;
+    let mut features = MotionFeatures::new(kind, &joints(), &shape);
+    let mut materials = Materials::default();
+    materials.stiffness[1] = 0.5;
+    materials.damping[5] = 2.0;
+    features.set_materials(&materials);
+    let with = features.push(&Pose::REST).to_vec();
+    let usual = MotionFeatures::new(FeatureKind::Inertial, &joints(), &shape)
+        .push(&Pose::REST)
+        .to_vec();
+    let motion = kind.motion_count();
+    assert_eq!(with[..motion], usual[..motion]);
+    assert_eq!(with[motion + 12..], usual[motion..]);
+    let mut expected = [0.0; 12];
+    (expected[1], expected[11]) = (-1.0, 1.0);
+    assert_eq!(with[motion..motion + 12], expected);
+}
+
+#[test]
+fn a_window_holds_the_poses_newest_first_and_repeats_the_first() {
+    let pose = |height: f64, angle: f64| {
+        let mut pose = Pose::REST;
+        pose.root_translation_m.y = height;
+        pose.parent_from_joint[Joint::LeftKnee as usize] = DQuat::from_rotation_x(angle);
+        pose
+    };
+    let mut features = MotionFeatures::new(FeatureKind::PoseWindow, &joints(), &[0.0; SHAPE_COUNT]);
+    let knee = 3 + 3 * Joint::LeftKnee as usize;
+    let seen =
+        |features: &[f32]| [0, 75, 150].map(|start| (features[start + 1], features[start + knee]));
+    assert_eq!(seen(features.push(&pose(1.0, 0.25))), [(1.0, 0.25); 3]);
+    features.push(&pose(2.0, 0.5));
+    let last = features.push(&pose(3.0, 0.75));
+    assert_eq!(seen(last), [(3.0, 0.75), (2.0, 0.5), (1.0, 0.25)]);
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use dynaskin_body::{Joint, Pose};
 use dynaskin_motion::{Clip, Procedural, ProceduralKind};
-use dynaskin_runtime::features::{FeatureKind, clip_features};
+use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
 use dynaskin_runtime::{Avatar, Model};
 use glam::{DQuat, DVec3, Vec3};
 use plain_tract::PlainTract;
@@ -63,7 +63,14 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
         let mut avatar = Avatar::new(model(name), &SHAPE).unwrap();
         let clip = hop(&avatar);
         let features = |clip: &Clip| {
-            clip_features(FeatureKind::Inertial, clip, avatar.joints_rest_m(), &SHAPE).unwrap()
+            clip_features(
+                FeatureKind::Inertial,
+                clip,
+                avatar.joints_rest_m(),
+                &SHAPE,
+                &Materials::default(),
+            )
+            .unwrap()
         };
         let standing = Clip {
             frames: vec![Pose::REST],

@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 use anyhow::Result;
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
 use dynaskin_motion::{Procedural, ProceduralKind};
-use dynaskin_runtime::features::{FeatureKind, clip_features};
+use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
 use plain_tract::PlainTract;
 use serde_json::{Value, json};
 
@@ -29,7 +29,13 @@ fn hop_features(folder: &Path) -> Result<Vec<Vec<f32>>> {
     let shape = [0.0; SHAPE_COUNT];
     let joints_m = body.shaped(&shape).joints_m;
     let clip = Procedural::new(ProceduralKind::Hop).clip(&joints_m)?;
-    let features = clip_features(FeatureKind::Inertial, &clip, &joints_m, &shape)?;
+    let features = clip_features(
+        FeatureKind::Inertial,
+        &clip,
+        &joints_m,
+        &shape,
+        &Materials::default(),
+    )?;
     let width = FeatureKind::Inertial.count();
     Ok(features
         .chunks(width)

@@ -4,15 +4,14 @@ use std::fs;
 use std::path::Path;
 
 use dynaskin_motion::MODEL_RATE_HZ;
-use dynaskin_runtime::features::FeatureKind;
 use dynaskin_runtime::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::TrainError;
 use crate::card::model_card;
-use crate::config::TrainConfig;
 use crate::evaluate::Report;
+use crate::methods::{Method, Networks};
 use crate::split::Split;
 
 const BODY_FILE: &str = "body.glb";
@@ -23,6 +22,10 @@ const LICENCE: &str = "MIT OR Apache-2.0";
 /// How a model came to be, as it stands under `training` in `bundle.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainingFacts {
+    /// The method.
+    pub method: Method,
+    /// What the networks are, in words.
+    pub networks: String,
     /// The data in words.
     pub data: String,
     /// Seed of the run (also in `config`; here where every bundle has it).
@@ -35,14 +38,14 @@ pub struct TrainingFacts {
     pub validation_frames: usize,
     /// Number of vertices with offsets.
     pub vertices: usize,
-    /// Number of trained weights of the predictor.
+    /// Number of trained weights of predictor and decoder.
     pub parameters: usize,
     /// The epoch whose weights these are, from 1.
     pub best_epoch: usize,
     /// Minutes of training.
     pub minutes: f64,
     /// Settings.
-    pub config: TrainConfig,
+    pub config: Value,
     /// What was held out.
     pub split: Split,
     /// Settings of the simulator.
@@ -56,14 +59,12 @@ pub struct BundleParts<'a> {
     pub name: &'a str,
     /// The body GLB that the clips were simulated on.
     pub body_glb: &'a [u8],
-    /// The predictor's file.
-    pub predictor_onnx: &'a [u8],
-    /// The decoder's file.
-    pub decoder_onnx: &'a [u8],
+    /// Whether to write the body, too; bundles of one body may share one in another folder.
+    pub with_body: bool,
+    /// The networks.
+    pub networks: &'a Networks,
     /// Body vertices that have offsets, ascending.
     pub vertices: &'a [u32],
-    /// Number of latents.
-    pub latent_count: usize,
     /// How it came to be.
     pub training: &'a TrainingFacts,
 }
@@ -78,24 +79,24 @@ pub fn write_bundle(
     report: &Report,
 ) -> Result<(), TrainError> {
     fs::create_dir_all(dir).map_err(TrainError::io(dir, "making the folder"))?;
+    let networks = parts.networks;
     let body = dir.join(BODY_FILE);
-    if fs::read(&body).ok().as_deref() != Some(parts.body_glb) {
+    if parts.with_body && fs::read(&body).ok().as_deref() != Some(parts.body_glb) {
         write(&body, parts.body_glb)?;
     }
-    write(&dir.join(PREDICTOR_FILE), parts.predictor_onnx)?;
-    write(&dir.join(DECODER_FILE), parts.decoder_onnx)?;
-    let kind = FeatureKind::Inertial;
+    write(&dir.join(PREDICTOR_FILE), &networks.predictor_onnx)?;
+    write(&dir.join(DECODER_FILE), &networks.decoder_onnx)?;
     let bundle = Bundle {
         format: BUNDLE_FORMAT.into(),
         version: BUNDLE_VERSION,
         name: parts.name.into(),
         rate_hz: MODEL_RATE_HZ,
         body: BundleFile::of(BODY_FILE, parts.body_glb),
-        predictor: BundleFile::of(PREDICTOR_FILE, parts.predictor_onnx),
-        decoder: BundleFile::of(DECODER_FILE, parts.decoder_onnx),
-        feature_kind: kind,
-        feature_count: kind.count(),
-        latent_count: parts.latent_count,
+        predictor: BundleFile::of(PREDICTOR_FILE, &networks.predictor_onnx),
+        decoder: BundleFile::of(DECODER_FILE, &networks.decoder_onnx),
+        feature_kind: networks.feature_kind,
+        feature_count: networks.feature_kind.count(),
+        latent_count: networks.latent_count,
         vertices: parts.vertices.to_vec(),
         training: object(parts.training),
         measured: object(report),

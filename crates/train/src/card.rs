@@ -16,11 +16,12 @@ pub fn model_card(name: &str, licence: &str, facts: &TrainingFacts, report: &Rep
     let _ = write!(
         card,
         "Predicts the offsets of the soft tissue of the {name} body from the motion of its \
-         skeleton, sixty times a second: `predictor.onnx` (damped springs and an LSTM over \
-         inertial features, one step a call) and `decoder.onnx` (linear). Made by `dynaskin train`. \
+         skeleton, sixty times a second: `predictor.onnx` (one step a call) and `decoder.onnx`. Made by \
+         `dynaskin train --method {}`. \
          The numbers below come from playing the exported files through the runtime's features and \
          networks, frame by frame from a state of zeros, without the avatar's delay of one tick; \
-         `dynaskin evaluate` prints them again.\n\n"
+         `dynaskin evaluate` prints them again.\n\n",
+        facts.method.name()
     );
     write_training(&mut card, facts);
     write_results(&mut card, report);
@@ -34,49 +35,29 @@ pub fn model_card(name: &str, licence: &str, facts: &TrainingFacts, report: &Rep
 }
 
 fn write_training(card: &mut String, facts: &TrainingFacts) {
-    let config = &facts.config;
     let split = &facts.split;
     let _ = write!(
         card,
         "## Trained on\n\n{data}\n\n\
-         - {clips} clips, {frames} frames ({minutes:.0} minutes) to learn from{mirrored}; \
+         - {clips} clips, {frames} frames ({minutes:.0} minutes) to learn from; \
          {validation_frames} more decide which epoch is kept.\n\
          - Held out whole: capture subjects {subjects}; trials {trials}; body shapes {shapes}. \
          All parts, mirror images and tempos of a trial are on the same side.\n\
-         - Offsets over {vertices} vertices; {components} principal components about zero.\n\
-         - Network: dense {encoding} with tanh; {springs} damped springs whose stiffness and \
-         damping depend on shape; LSTM {hidden} over them; dense to {components}. No bias between \
-         motion and latents, so that rest is a fixed point. {parameters} weights.\n\
-         - AdamW, learning rate {rate}, weight decay {decay}, cosine decay over {epochs} epochs, \
-         windows of {window} frames in {lanes} lanes, seed {seed}; epoch {best} was best.\n\
-         - Loss: root mean square over the vertices of the offset error in the subspace, in \
-         millimetres, averaged over frames.\n\n",
+         - Offsets over {vertices} vertices. {networks} {parameters} weights; epoch {best} was \
+         best; seed {seed}.\n\n",
         data = facts.data,
         clips = facts.clips,
         frames = facts.frames,
         minutes = facts.frames as f64 / 3600.0,
-        mirrored = if config.mirror {
-            ", and as many mirrored"
-        } else {
-            ""
-        },
         validation_frames = facts.validation_frames,
         subjects = split.test_subjects.join(", "),
         trials = split.test_trials.join(", "),
         shapes = split.test_shapes.join(", "),
         vertices = facts.vertices,
-        components = config.components,
-        encoding = config.encoding,
-        springs = config.springs,
-        hidden = config.hidden,
+        networks = facts.networks,
         parameters = facts.parameters,
-        rate = config.learning_rate,
-        decay = config.weight_decay,
-        epochs = config.epochs,
-        window = config.window,
-        lanes = config.lanes,
-        seed = config.seed,
         best = facts.best_epoch,
+        seed = facts.seed,
     );
 }
 

@@ -56,6 +56,33 @@ impl Default for TrainConfig {
 }
 
 impl TrainConfig {
+    /// The networks and their training in words.
+    pub fn description(&self) -> String {
+        format!(
+            "Decoder: {components} principal components about zero. Predictor: dense {encoding} with \
+             tanh; {springs} damped springs whose stiffness and damping depend on shape and \
+             material; LSTM {hidden} over them; dense to {components}. No bias between motion and \
+             latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
+             {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
+             lanes{mirrored}; loss: root mean square over the vertices of the offset error in the \
+             subspace, in millimetres, averaged over frames.",
+            components = self.components,
+            encoding = self.encoding,
+            springs = self.springs,
+            hidden = self.hidden,
+            rate = self.learning_rate,
+            decay = self.weight_decay,
+            epochs = self.epochs,
+            window = self.window,
+            lanes = self.lanes,
+            mirrored = if self.mirror {
+                ", each clip also mirrored"
+            } else {
+                ""
+            },
+        )
+    }
+
     /// Whether every setting is in its range.
     ///
     /// # Errors

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dynaskin_body::{BodyModel, SHAPE_COUNT};
+use dynaskin_body::BodyModel;
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
-use dynaskin_runtime::features::{FeatureKind, clip_features};
+use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
 use dynaskin_sim::{ClipData, ClipHeader};
 
 use crate::TrainError;
@@ -22,6 +22,30 @@ pub struct ClipEntry {
     pub set: Set,
     /// Number of frames.
     pub frames: usize,
+    /// Whether its tissue is the usual one everywhere.
+    pub usual_tissue: bool,
+}
+
+/// Clips of which tissue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tissue {
+    /// The usual one only: what networks without materials among their features can learn.
+    Usual,
+    /// Tissue with material multipliers only.
+    Varied,
+    /// Both.
+    Any,
+}
+
+impl Tissue {
+    /// The clips that networks with features of `kind` learn from.
+    pub const fn known_to(kind: FeatureKind) -> Self {
+        if kind.has_materials() {
+            Self::Any
+        } else {
+            Self::Usual
+        }
+    }
 }
 
 /// A folder of clips of one body.
@@ -35,9 +59,6 @@ pub struct DataSet {
     pub vertices: Vec<u32>,
     /// Simulator settings of the first clip, as JSON.
     pub sim_json: String,
-    /// Clips left out because their tissue is not the usual one: the networks have no input for
-    /// material multipliers.
-    pub varied_clips: usize,
 }
 
 impl DataSet {
@@ -63,7 +84,6 @@ impl DataSet {
         };
         let first = ClipData::read(&first_path)?;
         let mut clips = Vec::new();
-        let mut varied_clips = 0;
         for path in paths {
             let header = ClipHeader::read(&path)?;
             if header.body_sha256 != body_sha256 {
@@ -73,30 +93,26 @@ impl DataSet {
                     got: header.body_sha256,
                 });
             }
-            if header.materials.is_nominal() {
-                let vertices = first.vertices.len();
-                clips.push(entry(path, &header, &first_path, vertices, split)?);
-            } else {
-                varied_clips += 1;
-            }
-        }
-        if clips.is_empty() {
-            return Err(TrainError::EmptyData {
-                path: dir.to_owned(),
-            });
+            let vertices = first.vertices.len();
+            clips.push(entry(path, &header, &first_path, vertices, split)?);
         }
         Ok(Self {
             dir: dir.to_owned(),
             clips,
             vertices: first.vertices,
             sim_json: first.sim_json,
-            varied_clips,
         })
     }
 
-    /// The clips of one set.
-    pub fn of_set(&self, set: Set) -> impl Iterator<Item = &ClipEntry> {
-        self.clips.iter().filter(move |clip| clip.set == set)
+    /// The clips of one set and some tissue.
+    pub fn of_set(&self, set: Set, tissue: Tissue) -> impl Iterator<Item = &ClipEntry> {
+        let fits = move |clip: &ClipEntry| match tissue {
+            Tissue::Usual => clip.usual_tissue,
+            Tissue::Varied => !clip.usual_tissue,
+            Tissue::Any => true,
+        };
+        let of_set = self.clips.iter().filter(move |clip| clip.set == set);
+        of_set.filter(move |clip| fits(clip))
     }
 
     /// Reads a clip and checks that it fits the others.
@@ -149,6 +165,7 @@ fn entry(
         set: split.set_of(&name),
         name,
         frames: header.frame_count,
+        usual_tissue: header.materials.is_nominal(),
     })
 }
 
@@ -161,18 +178,29 @@ pub fn motion_of(clip: &ClipData) -> Clip {
     }
 }
 
-/// Features of a motion on the body `model` with shape `shape`, as the runtime computes them.
+/// Features of a motion on the body `model` with shape and materials of `clip`, as the runtime
+/// computes them.
 ///
 /// # Errors
 /// [`TrainError::Runtime`].
 pub fn features_of(
+    kind: FeatureKind,
     model: &BodyModel,
     motion: &Clip,
-    shape: &[f32; SHAPE_COUNT],
+    clip: &ClipData,
 ) -> Result<Vec<f32>, TrainError> {
-    let joints_rest_m = model.shaped(shape).joints_m;
-    let kind = FeatureKind::Inertial;
-    Ok(clip_features(kind, motion, &joints_rest_m, shape)?)
+    let joints_rest_m = model.shaped(&clip.shape).joints_m;
+    let materials = Materials {
+        stiffness: clip.materials.stiffness,
+        damping: clip.materials.damping,
+    };
+    Ok(clip_features(
+        kind,
+        motion,
+        &joints_rest_m,
+        &clip.shape,
+        &materials,
+    )?)
 }
 
 /// Offsets of a clip in single precision, `[frame][slot][xyz]` flat, in metres.

@@ -1,12 +1,13 @@
 //! How well a bundle does on clips it has not learned from, played by the runtime itself.
 
-use dynaskin_body::{BodyModel, Pose, Region, SHAPE_COUNT};
-use dynaskin_motion::{Clip, MODEL_RATE_HZ};
+use dynaskin_body::{BodyModel, Pose, Region};
+use dynaskin_motion::MODEL_RATE_HZ;
+use dynaskin_sim::ClipData;
 use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
-use crate::data::{DataSet, features_of, motion_of, offsets_of};
+use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
 use crate::player::Player;
 use crate::split::Set;
 
@@ -89,21 +90,22 @@ pub fn evaluate(
     mut progress: impl FnMut(usize, usize),
 ) -> Result<Report, TrainError> {
     let decoder = player.decoder_matrix()?;
-    let all = data_set.clips.iter();
-    let all = all.filter(|clip| Set::TEST.contains(&clip.set)).count();
+    let kind = player.feature_kind();
+    let sets_of = |set| data_set.of_set(set, Tissue::Usual);
+    let all = Set::TEST.into_iter().map(|set| sets_of(set).count()).sum();
     let (mut sets, mut done) = (Vec::new(), 0);
-    let mut wildest: Option<(f64, Clip, [f32; SHAPE_COUNT])> = None;
+    let mut wildest: Option<(f64, ClipData)> = None;
     for set in Set::TEST {
         let mut sums = Sums::new(data_set.vertices.len());
-        for entry in data_set.of_set(set) {
+        for entry in sets_of(set) {
             let clip = data_set.read(entry)?;
             let (motion, truth) = (motion_of(&clip), offsets_of(&clip));
-            let predicted = player.play(&features_of(model, &motion, &clip.shape)?)?;
+            let predicted = player.play(&features_of(kind, model, &motion, &clip)?)?;
             let floor = decoder.nearest(&truth);
             sums.add(&truth, &predicted, &floor);
             let size = mean_length(&truth);
-            if wildest.as_ref().is_none_or(|(most, ..)| size > *most) {
-                wildest = Some((size, motion, clip.shape));
+            if wildest.as_ref().is_none_or(|(most, _)| size > *most) {
+                wildest = Some((size, clip));
             }
             done += 1;
             progress(done, all);
@@ -113,11 +115,11 @@ pub fn evaluate(
         }
     }
     let rest_after_ten_seconds_mm = match wildest {
-        Some((_, motion, shape)) => rest_error_mm(player, model, motion, &shape)?,
+        Some((_, clip)) => rest_error_mm(player, model, &clip)?,
         None => 0.0,
     };
     Ok(Report {
-        metric: "mean distance of predicted and simulated vertices in millimetres, over the soft \
+        metric: "on clips of the usual tissue: mean distance of predicted and simulated vertices in millimetres, over the soft \
                  vertices (region weights summing to 0.5 or more) and all frames; static: the \
                  same with no offsets; floor: with the best latents for the decoder; ratio: error \
                  over static"
@@ -128,13 +130,13 @@ pub fn evaluate(
     })
 }
 
-/// Plays `motion`, then stands in the rest pose; gives the largest offset at the end.
+/// Plays the motion of `clip`, then stands in the rest pose; gives the largest offset at the end.
 fn rest_error_mm(
     player: &mut Player,
     model: &BodyModel,
-    mut motion: Clip,
-    shape: &[f32; SHAPE_COUNT],
+    clip: &ClipData,
 ) -> Result<f64, TrainError> {
+    let mut motion = motion_of(clip);
     let still = (REST_SECONDS * MODEL_RATE_HZ) as usize;
     let place = motion.frames.last().map(|pose| pose.root_translation_m);
     let rest = Pose {
@@ -142,7 +144,7 @@ fn rest_error_mm(
         ..Pose::REST
     };
     motion.frames.extend(std::iter::repeat_n(rest, still));
-    let predicted = player.play(&features_of(model, &motion, shape)?)?;
+    let predicted = player.play(&features_of(player.feature_kind(), model, &motion, clip)?)?;
     let frame = predicted.len() / motion.frames.len();
     let last = &predicted[predicted.len() - frame..];
     Ok(1000.0 * lengths(last).fold(0.0, f64::max))

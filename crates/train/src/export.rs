@@ -1,7 +1,6 @@
 //! The trained network as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
 
 use burn::tensor::Tensor;
-use dynaskin_body::SHAPE_COUNT;
 use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
 
 use crate::TrainError;
@@ -25,22 +24,22 @@ pub fn predictor_onnx(
     let weights = Folded::new(predictor, normaliser, deviation_m);
     let sizes = weights.sizes;
     let mut graph = Graph::new("predictor");
-    let features = graph.input("features", &[1, sizes.motion + SHAPE_COUNT])?;
+    let features = graph.input("features", &[1, sizes.motion + sizes.conditions])?;
     let origin = graph.weights(
         "origin",
-        &[sizes.motion + SHAPE_COUNT],
+        &[sizes.motion + sizes.conditions],
         &normaliser.origin,
         Precision::Single,
     )?;
     let centred = graph.sub(&features, &origin)?;
-    let parts = graph.split(&centred, 1, &[sizes.motion, SHAPE_COUNT])?;
-    let (motion, shape) = (&parts[0], &parts[1]);
+    let parts = graph.split(&centred, 1, &[sizes.motion, sizes.conditions])?;
+    let (motion, condition) = (&parts[0], &parts[1]);
     let encoder = weights.matrix(&mut graph, "encoder", &weights.encoder, sizes.motion)?;
     let encoding = graph.matmul(motion, &encoder)?;
     let encoding = graph.tanh(&encoding);
 
-    let (modes, spring_states) = springs(&mut graph, &weights, motion, shape, &encoding)?;
-    let (output, lstm_states) = lstm(&mut graph, &weights, shape, &modes, &encoding)?;
+    let (modes, spring_states) = springs(&mut graph, &weights, motion, condition, &encoding)?;
+    let (output, lstm_states) = lstm(&mut graph, &weights, condition, &modes, &encoding)?;
 
     let rows = 2 * sizes.springs + sizes.hidden + sizes.encoding;
     let readout = weights.matrix(&mut graph, "readout", &weights.readout, rows)?;
@@ -61,11 +60,12 @@ fn springs(
     graph: &mut Graph,
     weights: &Folded,
     motion: &Value,
-    shape: &Value,
+    condition: &Value,
     encoding: &Value,
 ) -> Result<(Value, States), WriteError> {
     let PredictorSizes {
         motion: motion_count,
+        conditions,
         encoding: encoding_count,
         springs,
         ..
@@ -74,13 +74,13 @@ fn springs(
     let velocity = graph.input("state_v", &[1, springs])?;
     let drive_rows = motion_count + encoding_count;
     let drive = weights.matrix(graph, "drive", &weights.drive, drive_rows)?;
-    let pole_rows = SHAPE_COUNT + encoding_count;
+    let pole_rows = conditions + encoding_count;
     let poles = weights.matrix(graph, "poles", &weights.poles, pole_rows)?;
     let poles_bias = weights.vector(graph, "poles_bias", &weights.poles_bias)?;
-    let mode_scale = weights.matrix(graph, "mode_scale", &weights.mode_scale, SHAPE_COUNT)?;
+    let mode_scale = weights.matrix(graph, "mode_scale", &weights.mode_scale, conditions)?;
     let ones = weights.vector(graph, "ones", &vec![1.0; 2 * springs])?;
 
-    let pole_input = graph.concat(&[shape, encoding], 1)?;
+    let pole_input = graph.concat(&[condition, encoding], 1)?;
     let poles = graph.dense(&pole_input, &poles, &poles_bias)?;
     let poles = graph.sigmoid(&poles);
     let parts = graph.split(&poles, 1, &[springs, springs])?;
@@ -93,7 +93,7 @@ fn springs(
     let kept = graph.mul(retained, &velocity)?;
     let velocity = graph.add(&kept, &pull)?;
     let position = graph.add(&position, &velocity)?;
-    let scale = graph.dense(shape, &mode_scale, &ones)?;
+    let scale = graph.dense(condition, &mode_scale, &ones)?;
     let modes = graph.concat(&[&position, &velocity], 1)?;
     let modes = graph.mul(&modes, &scale)?;
     Ok((modes, [("q", position), ("v", velocity)]))
@@ -103,11 +103,12 @@ fn springs(
 fn lstm(
     graph: &mut Graph,
     weights: &Folded,
-    shape: &Value,
+    condition: &Value,
     modes: &Value,
     encoding: &Value,
 ) -> Result<(Value, States), WriteError> {
     let PredictorSizes {
+        conditions,
         encoding: encoding_count,
         springs,
         hidden,
@@ -117,7 +118,7 @@ fn lstm(
     let state_c = graph.input("state_c", &[1, hidden])?;
     let code_rows = 2 * springs + encoding_count;
     let code = weights.matrix(graph, "code", &weights.code, code_rows)?;
-    let input_rows = encoding_count + SHAPE_COUNT;
+    let input_rows = encoding_count + conditions;
     let from_input = weights.matrix(graph, "from_input", &weights.from_input, input_rows)?;
     let from_hidden = weights.matrix(graph, "from_hidden", &weights.from_hidden, hidden)?;
     let bias = weights.vector(graph, "bias", &weights.bias)?;
@@ -125,7 +126,7 @@ fn lstm(
     let code_input = graph.concat(&[modes, encoding], 1)?;
     let coded = graph.matmul(&code_input, &code)?;
     let coded = graph.tanh(&coded);
-    let cell_input = graph.concat(&[&coded, shape], 1)?;
+    let cell_input = graph.concat(&[&coded, condition], 1)?;
     let cell = LstmWeights {
         from_input: &from_input,
         from_hidden: &from_hidden,
@@ -166,7 +167,7 @@ struct Folded {
     poles_bias: Vec<f32>,
     mode_scale: Vec<f32>,
     code: Vec<f32>,
-    /// Input weights of the whole LSTM cell: code, then shape, which has zeros for the candidate.
+    /// Input weights of the whole LSTM cell: code, then the conditions, which have zeros for the candidate.
     from_input: Vec<f32>,
     bias: Vec<f32>,
     /// Zeros for the candidate, as in `bias`.
@@ -177,9 +178,9 @@ struct Folded {
 impl Folded {
     fn new(predictor: &Predictor, normaliser: &Normaliser, deviation_m: &[f32]) -> Self {
         let sizes = predictor.sizes();
-        let (motion_scale, shape_scale) = normaliser.scale.split_at(sizes.motion);
+        let (motion_scale, condition_scale) = normaliser.scale.split_at(sizes.motion);
         let hidden = sizes.hidden;
-        let mut poles = scaled_rows(&predictor.poles.val(), shape_scale);
+        let mut poles = scaled_rows(&predictor.poles.val(), condition_scale);
         let mut poles_bias = flat(predictor.poles_bias.val());
         for row in poles.chunks_exact_mut(2 * sizes.springs) {
             row[sizes.springs..].iter_mut().for_each(|w| *w = -*w);
@@ -188,7 +189,9 @@ impl Folded {
             .iter_mut()
             .for_each(|w| *w = -*w);
         let mut from_input = flat(predictor.from_code.val());
-        for row in scaled_rows(&predictor.from_shape.val(), shape_scale).chunks_exact(3 * hidden) {
+        for row in
+            scaled_rows(&predictor.from_condition.val(), condition_scale).chunks_exact(3 * hidden)
+        {
             from_input.extend_from_slice(row);
             from_input.extend(std::iter::repeat_n(0.0, hidden));
         }
@@ -210,7 +213,7 @@ impl Folded {
             drive: scaled_rows(&predictor.drive.val(), motion_scale),
             poles,
             poles_bias,
-            mode_scale: scaled_rows(&predictor.mode_scale.val(), shape_scale),
+            mode_scale: scaled_rows(&predictor.mode_scale.val(), condition_scale),
             code: flat(predictor.code.val()),
             from_input,
             bias,

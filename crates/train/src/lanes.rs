@@ -5,7 +5,6 @@
 //! through time: the state is carried, its gradient is not).
 
 use burn::tensor::{Device, Tensor, TensorData};
-use dynaskin_body::SHAPE_COUNT;
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -17,8 +16,8 @@ use crate::predictor::Window;
 pub struct Sequence {
     /// Normalised motion features, `[frame][motion]` flat.
     pub motion: Vec<f32>,
-    /// Normalised shape.
-    pub shape: [f32; SHAPE_COUNT],
+    /// What the body is like, normalised.
+    pub condition: Vec<f32>,
     /// Latents in units of their deviations, `[frame][latent]` flat.
     pub latents: Vec<f32>,
     /// Number of frames.
@@ -44,6 +43,7 @@ pub struct Lanes<'a> {
     lanes: Vec<Vec<&'a Sequence>>,
     window_frames: usize,
     motion: usize,
+    conditions: usize,
     latent: usize,
 }
 
@@ -72,6 +72,7 @@ impl<'a> Lanes<'a> {
             lanes: laid,
             window_frames,
             motion,
+            conditions: sequences.first().map_or(0, |s| s.condition.len()),
             latent,
         }
     }
@@ -92,7 +93,8 @@ impl<'a> Lanes<'a> {
         let (lanes, frames) = (self.lanes.len(), self.window_frames);
         let rows = lanes * frames;
         let mut motion = vec![0.0; rows * self.motion];
-        let mut shape = vec![0.0; rows * SHAPE_COUNT];
+        let conditions = self.conditions;
+        let mut condition = vec![0.0; rows * conditions];
         let mut latents = vec![0.0; rows * self.latent];
         let mut weights = vec![0.0f32; rows];
         let mut starts = vec![vec![false; lanes]; frames];
@@ -107,7 +109,7 @@ impl<'a> Lanes<'a> {
                 weights[row] = 1.0;
                 copy_row(&mut motion, row, &sequence.motion, source, self.motion);
                 copy_row(&mut latents, row, &sequence.latents, source, self.latent);
-                copy_row(&mut shape, row, &sequence.shape, 0, SHAPE_COUNT);
+                copy_row(&mut condition, row, &sequence.condition, 0, conditions);
             }
         }
         let keep = starts.iter().map(|starts| keep(starts, device)).collect();
@@ -118,7 +120,7 @@ impl<'a> Lanes<'a> {
             frames: weights.iter().filter(|w| **w > 0.0).count(),
             window: Window {
                 motion: matrix(motion, self.motion),
-                shape: matrix(shape, SHAPE_COUNT),
+                condition: matrix(condition, conditions),
                 keep,
                 lanes,
             },
@@ -192,7 +194,7 @@ mod tests {
             .enumerate()
             .map(|(s, frames)| Sequence {
                 motion: (0..*frames).map(|f| (100 * s + f) as f32).collect(),
-                shape: [s as f32; SHAPE_COUNT],
+                condition: vec![s as f32; 10],
                 latents: (0..*frames).map(|f| -((100 * s + f) as f32)).collect(),
                 frames: *frames,
             })

@@ -1,24 +1,27 @@
 //! The scaling between features as the runtime gives them and what the network works on.
 
 use dynaskin_body::{Pose, SHAPE_COUNT, ShapedBody};
-use dynaskin_runtime::features::{FeatureKind, InertialFeatures};
+use dynaskin_runtime::features::{FeatureKind, MotionFeatures};
 use serde::{Deserialize, Serialize};
 
 /// Below these deviations a feature counts as constant and is not blown up: in the features' own
 /// units (m/s², rad/s, rad/s², 1), all far below what moves tissue.
 const SMALLEST_MOTION_DEVIATION: f32 = 0.02;
-const SMALLEST_SHAPE_DEVIATION: f32 = 0.1;
+const SMALLEST_CONDITION_DEVIATION: f32 = 0.1;
 
 /// Offsets and scales of the features, from the training set.
 ///
 /// Motion features are taken relative to their value at rest, not to their mean, so that a body
-/// standing still in the rest pose is exactly zero input; β relative to its mean.
+/// standing still in the rest pose is exactly zero input; materials relative to the usual ones; β
+/// relative to its mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Normaliser {
     /// Value that becomes 0, one a feature.
     pub origin: Vec<f32>,
     /// What the difference is multiplied with, one a feature.
     pub scale: Vec<f32>,
+    /// How many features, the first ones, are about the motion.
+    pub motion: usize,
 }
 
 impl Normaliser {
@@ -30,7 +33,7 @@ impl Normaliser {
         features: impl Iterator<Item = &'a [f32]> + Clone,
     ) -> Self {
         let count = kind.count();
-        let motion = count - SHAPE_COUNT;
+        let motion = kind.motion_count();
         let mut origin = rest_features(kind, body);
         let frames: usize = features.clone().map(|f| f.len() / count).sum();
         let mut sum = vec![0.0f64; count];
@@ -39,7 +42,7 @@ impl Normaliser {
                 *sum += f64::from(*x);
             }
         }
-        for feature in motion..count {
+        for feature in count - SHAPE_COUNT..count {
             origin[feature] = (sum[feature] / frames.max(1) as f64) as f32;
         }
         let mut squares = vec![0.0f64; count];
@@ -53,40 +56,40 @@ impl Normaliser {
             let smallest = if feature < motion {
                 SMALLEST_MOTION_DEVIATION
             } else {
-                SMALLEST_SHAPE_DEVIATION
+                SMALLEST_CONDITION_DEVIATION
             };
             1.0 / deviation.max(smallest)
         });
         Self {
             scale: scale.collect(),
             origin,
+            motion,
         }
     }
 
-    /// Normalised features, `[frame][feature]` flat, split into motion and shape.
+    /// Normalised features, `[frame][feature]` flat, split into motion and condition.
     pub fn apply(&self, features: &[f32]) -> (Vec<f32>, Vec<f32>) {
         let count = self.origin.len();
-        let motion_count = count - SHAPE_COUNT;
+        let motion_count = self.motion;
         let frames = features.len() / count;
         let mut motion = Vec::with_capacity(frames * motion_count);
-        let mut shape = Vec::with_capacity(frames * SHAPE_COUNT);
+        let mut condition = Vec::with_capacity(frames * (count - motion_count));
         for frame in features.chunks_exact(count) {
             let scaled = (0..count).map(|i| (frame[i] - self.origin[i]) * self.scale[i]);
             motion.extend(scaled.clone().take(motion_count));
-            shape.extend(scaled.skip(motion_count));
+            condition.extend(scaled.skip(motion_count));
         }
-        (motion, shape)
+        (motion, condition)
     }
 }
 
 /// Features of a body that has stood in the rest pose for a while.
 fn rest_features(kind: FeatureKind, body: &ShapedBody) -> Vec<f32> {
-    let FeatureKind::Inertial = kind;
-    let mut inertial = InertialFeatures::new(&body.joints_m, &[0.0; SHAPE_COUNT]);
+    let mut features = MotionFeatures::new(kind, &body.joints_m, &[0.0; SHAPE_COUNT]);
     for _ in 0..3 {
-        inertial.push(&Pose::REST);
+        features.push(&Pose::REST);
     }
-    inertial.push(&Pose::REST).to_vec()
+    features.push(&Pose::REST).to_vec()
 }
 
 #[cfg(test)]

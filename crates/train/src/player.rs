@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use dynaskin_runtime::features::FeatureKind;
 use dynaskin_runtime::{
     Bundle, Decoder, DecoderSession, Predictor, PredictorSession, RuntimeError,
 };
@@ -14,7 +15,7 @@ use crate::evaluate::LinearDecoder;
 pub struct Player {
     predictor: PredictorSession,
     decoder: DecoderSession,
-    features: usize,
+    kind: FeatureKind,
     latents: usize,
     vertices: usize,
 }
@@ -24,11 +25,15 @@ impl Player {
     ///
     /// # Errors
     /// [`TrainError::Runtime`] where the runtime refuses one.
-    pub fn new(predictor_onnx: &[u8], decoder_onnx: &[u8]) -> Result<Self, TrainError> {
+    pub fn new(
+        kind: FeatureKind,
+        predictor_onnx: &[u8],
+        decoder_onnx: &[u8],
+    ) -> Result<Self, TrainError> {
         let predictor = Predictor::load(predictor_onnx)?;
         let decoder = Decoder::load(decoder_onnx)?;
         Ok(Self {
-            features: predictor.feature_count(),
+            kind,
             latents: decoder.latent_count(),
             vertices: decoder.vertex_count(),
             decoder: DecoderSession::new(&decoder)?,
@@ -50,7 +55,15 @@ impl Player {
         let decoder = read(&bundle.decoder.file)?;
         bundle.predictor.verify(&predictor)?;
         bundle.decoder.verify(&decoder)?;
-        Ok((Self::new(&predictor, &decoder)?, bundle))
+        Ok((
+            Self::new(bundle.feature_kind, &predictor, &decoder)?,
+            bundle,
+        ))
+    }
+
+    /// What the predictor takes as input.
+    pub fn feature_kind(&self) -> FeatureKind {
+        self.kind
     }
 
     /// Number of vertices that the decoder moves.
@@ -64,12 +77,12 @@ impl Player {
     /// # Errors
     /// [`TrainError::Runtime`] where a network fails.
     pub fn play(&mut self, features: &[f32]) -> Result<Vec<f32>, TrainError> {
-        let frames = features.len() / self.features.max(1);
+        let frames = features.len() / self.kind.count();
         let mut offsets_m = vec![0.0; frames * 3 * self.vertices];
         let mut state = self.predictor.predictor().zero_state();
         let mut latent = vec![0.0; self.latents];
         for (features, offsets_m) in features
-            .chunks_exact(self.features)
+            .chunks_exact(self.kind.count())
             .zip(offsets_m.chunks_exact_mut(3 * self.vertices))
         {
             self.predictor.step(features, &mut state, &mut latent)?;

@@ -7,7 +7,8 @@
 //! Schmidhuber 1997, as in DSNet, Seo, Zou, Cordier 2021, section 5) that sees the springs and adds
 //! what is not linear: tissue stiffens with strain. One linear layer reads the latents off both.
 //!
-//! Per tick, with x the normalised motion features and β the normalised shape:
+//! Per tick, with x the normalised motion features and β what the body is like (shape, and
+//! materials where the features have them), normalised:
 //!
 //! ```text
 //! e = tanh(x E)                             encoding
@@ -34,7 +35,6 @@
 use burn::module::{Module, Param};
 use burn::nn::Initializer;
 use burn::tensor::{Device, Tensor, TensorData, activation};
-use dynaskin_body::SHAPE_COUNT;
 
 /// Frames are cut from a window in two stages of about this many, because the gradient of a cut is
 /// as large as what it was cut from.
@@ -49,8 +49,10 @@ const DAMPING_RATIO: f32 = 0.25;
 /// Sizes of a predictor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PredictorSizes {
-    /// Features of the motion: all features but β.
+    /// Features of the motion.
     pub motion: usize,
+    /// Features of the body.
+    pub conditions: usize,
     /// Width of the encoding, and of the LSTM's input.
     pub encoding: usize,
     /// Springs.
@@ -69,18 +71,18 @@ pub struct Predictor {
     pub encoder: Param<Tensor<2>>,
     /// U: `[motion + encoding, springs]`.
     pub drive: Param<Tensor<2>>,
-    /// K and D: `[SHAPE_COUNT + encoding, 2 · springs]`, stiffness then damping.
+    /// K and D: `[conditions + encoding, 2 · springs]`, stiffness then damping.
     pub poles: Param<Tensor<2>>,
     /// K0 and D0: `[2 · springs]`.
     pub poles_bias: Param<Tensor<1>>,
-    /// G: `[SHAPE_COUNT, 2 · springs]`.
+    /// G: `[conditions, 2 · springs]`.
     pub mode_scale: Param<Tensor<2>>,
     /// C: `[2 · springs + encoding, encoding]`.
     pub code: Param<Tensor<2>>,
     /// `[encoding, 4 · hidden]`: gates input, output, forget, then the cell candidate.
     pub from_code: Param<Tensor<2>>,
-    /// `[SHAPE_COUNT, 3 · hidden]`: the gates only.
-    pub from_shape: Param<Tensor<2>>,
+    /// `[conditions, 3 · hidden]`: the gates only.
+    pub from_condition: Param<Tensor<2>>,
     /// `[3 · hidden]`: the gates only.
     pub bias: Param<Tensor<1>>,
     /// `[hidden, 3 · hidden]`: the gates only.
@@ -107,8 +109,8 @@ pub struct PredictorState {
 pub struct Window {
     /// Normalised motion features, `[frames · lanes, motion]`.
     pub motion: Tensor<2>,
-    /// Normalised shape, `[frames · lanes, SHAPE_COUNT]`.
-    pub shape: Tensor<2>,
+    /// What the bodies are like, normalised, `[frames · lanes, conditions]`.
+    pub condition: Tensor<2>,
     /// For each frame: none where every lane goes on, else `[lanes, 1]` with 0 for the lanes
     /// where a new sequence starts and 1 for the others.
     pub keep: Vec<Option<Tensor<2>>>,
@@ -137,6 +139,7 @@ impl Predictor {
     pub fn new(sizes: PredictorSizes, device: &Device) -> Self {
         let PredictorSizes {
             motion,
+            conditions,
             encoding,
             springs,
             hidden,
@@ -161,13 +164,13 @@ impl Predictor {
         Self {
             encoder: random(motion, encoding, encoding, 1.0),
             drive: random(motion + encoding, springs, springs, 1.0),
-            poles: random(SHAPE_COUNT + encoding, modes, springs, 0.2),
+            poles: random(conditions + encoding, modes, springs, 0.2),
             poles_bias: vector(first_poles(springs)),
-            mode_scale: random(SHAPE_COUNT, modes, springs, 0.3),
+            mode_scale: random(conditions, modes, springs, 0.3),
             code: random(modes + encoding, encoding, encoding, 1.0),
             // One gate's fan, not four: each gate is a layer of its own.
             from_code: random(encoding, 4 * hidden, hidden, 1.0),
-            from_shape: random(SHAPE_COUNT, 3 * hidden, hidden, 0.5),
+            from_condition: random(conditions, 3 * hidden, hidden, 0.5),
             bias: vector(bias),
             from_hidden: random(hidden, 3 * hidden, hidden, 1.0),
             readout: random(modes + hidden + encoding, latent, latent, 0.5),
@@ -179,9 +182,11 @@ impl Predictor {
         let [motion, encoding] = self.encoder.val().dims();
         let [hidden, _] = self.from_hidden.val().dims();
         let [_, springs] = self.drive.val().dims();
+        let [conditions, _] = self.from_condition.val().dims();
         let [_, latent] = self.readout.val().dims();
         PredictorSizes {
             motion,
+            conditions,
             encoding,
             springs,
             hidden,
@@ -237,8 +242,8 @@ impl Predictor {
         state: &PredictorState,
     ) -> (Tensor<2>, Tensor<2>, Tensor<2>) {
         let springs = self.sizes().springs;
-        let shape = &window.shape;
-        let poles = Tensor::cat(vec![shape.clone(), encoding.clone()], 1);
+        let condition = &window.condition;
+        let poles = Tensor::cat(vec![condition.clone(), encoding.clone()], 1);
         let poles = poles.matmul(self.poles.val()) + self.poles_bias.val().unsqueeze::<2>();
         let poles = activation::sigmoid(poles);
         let stiffness = poles.clone().narrow(1, 0, springs) * 2.0;
@@ -266,7 +271,7 @@ impl Predictor {
             vec![Tensor::cat(positions, 0), Tensor::cat(velocities, 0)],
             1,
         );
-        let scale = shape.clone().matmul(self.mode_scale.val()) + 1.0;
+        let scale = condition.clone().matmul(self.mode_scale.val()) + 1.0;
         (modes * scale, position, velocity)
     }
 
@@ -279,12 +284,12 @@ impl Predictor {
     ) -> (Tensor<2>, Tensor<2>, Tensor<2>) {
         let cells = self.sizes().hidden;
         let device = code.device();
-        // The cell candidate (the last quarter) gets neither shape nor bias.
-        let nothing = Tensor::zeros([SHAPE_COUNT, cells], &device);
-        let from_shape = Tensor::cat(vec![self.from_shape.val(), nothing], 1);
+        // The cell candidate (the last quarter) gets neither condition nor bias.
+        let nothing = Tensor::zeros([self.sizes().conditions, cells], &device);
+        let from_condition = Tensor::cat(vec![self.from_condition.val(), nothing], 1);
         let bias = Tensor::cat(vec![self.bias.val(), Tensor::zeros([cells], &device)], 0);
         let from_input = code.matmul(self.from_code.val())
-            + window.shape.clone().matmul(from_shape)
+            + window.condition.clone().matmul(from_condition)
             + bias.unsqueeze::<2>(); // [frames · lanes, 4 · hidden]
         let from_hidden = self.from_hidden.val();
 

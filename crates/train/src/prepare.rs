@@ -8,13 +8,16 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::TrainError;
 use crate::config::TrainConfig;
-use crate::data::{DataSet, features_of, motion_of, offsets_of};
+use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
 use crate::lanes::Sequence;
 use crate::mirror::Mirror;
 use crate::normaliser::Normaliser;
 use crate::pca::Basis;
 use crate::split::Set;
 use crate::trainer::PredictorData;
+
+/// What dynaskin's networks take as input.
+pub(crate) const KIND: FeatureKind = FeatureKind::InertialMaterials;
 
 /// Everything that training and export need.
 #[derive(Debug)]
@@ -38,8 +41,9 @@ pub fn prepare(
     config: &TrainConfig,
     mut progress: impl FnMut(usize, usize),
 ) -> Result<Prepared, TrainError> {
+    let tissue = Tissue::known_to(KIND);
     for set in [Set::Training, Set::Validation] {
-        if data_set.of_set(set).next().is_none() {
+        if data_set.of_set(set, tissue).next().is_none() {
             return Err(TrainError::EmptySplit {
                 set: set.name(),
                 clips: data_set.clips.len(),
@@ -51,8 +55,8 @@ pub fn prepare(
     } else {
         None
     };
-    let training = data_set.of_set(Set::Training).count();
-    let validation = data_set.of_set(Set::Validation).count();
+    let training = data_set.of_set(Set::Training, tissue).count();
+    let validation = data_set.of_set(Set::Validation, tissue).count();
     let all = 2 * training + validation;
     let sample = sample_offsets(data_set, config, mirror.as_ref(), |done| {
         progress(done, all)
@@ -63,19 +67,19 @@ pub fn prepare(
     let mut raw = Vec::new();
     let mut done = training;
     for set in [Set::Training, Set::Validation] {
-        for entry in data_set.of_set(set) {
+        for entry in data_set.of_set(set, tissue) {
             let clip = data_set.read(entry)?;
             let latents = basis.project(&offsets_of(&clip));
             let motion = motion_of(&clip);
             if let (Some(mirror), Set::Training) = (&mirror, set) {
                 raw.push(RawSequence {
-                    features: features_of(model, &motion.mirrored(), &clip.shape)?,
+                    features: features_of(KIND, model, &motion.mirrored(), &clip)?,
                     latents: mirrored_latents(&basis, mirror, &latents),
                     set,
                 });
             }
             raw.push(RawSequence {
-                features: features_of(model, &motion, &clip.shape)?,
+                features: features_of(KIND, model, &motion, &clip)?,
                 latents,
                 set,
             });
@@ -94,10 +98,9 @@ struct RawSequence {
 }
 
 fn normalised(raw: Vec<RawSequence>, basis: Basis, model: &BodyModel, vertices: usize) -> Prepared {
-    let kind = FeatureKind::Inertial;
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let normaliser = Normaliser::fit(
-        kind,
+        KIND,
         &model.shaped(&[0.0; SHAPE_COUNT]),
         training.map(|r| r.features.as_slice()),
     );
@@ -106,10 +109,11 @@ fn normalised(raw: Vec<RawSequence>, basis: Basis, model: &BodyModel, vertices: 
         validation: Vec::new(),
         deviation_m: basis.deviation_m.clone(),
         vertices,
-        motion: kind.count() - SHAPE_COUNT,
+        motion: KIND.motion_count(),
+        conditions: KIND.condition_count(),
     };
     for sequence in raw {
-        let (motion, shapes) = normaliser.apply(&sequence.features);
+        let (motion, conditions) = normaliser.apply(&sequence.features);
         let mut latents = sequence.latents;
         for frame in latents.chunks_exact_mut(basis.components()) {
             for (latent, deviation) in frame.iter_mut().zip(&basis.deviation_m) {
@@ -122,8 +126,8 @@ fn normalised(raw: Vec<RawSequence>, basis: Basis, model: &BodyModel, vertices: 
             &mut data.validation
         };
         to.push(Sequence {
-            frames: sequence.features.len() / kind.count(),
-            shape: std::array::from_fn(|i| shapes[i]),
+            frames: sequence.features.len() / KIND.count(),
+            condition: conditions[..KIND.condition_count()].to_vec(),
             motion,
             latents,
         });
@@ -150,14 +154,18 @@ fn sample_offsets(
     mirror: Option<&Mirror>,
     mut progress: impl FnMut(usize),
 ) -> Result<DMatrix<f32>, TrainError> {
+    let tissue = Tissue::known_to(KIND);
     let coordinates = 3 * data_set.vertices.len();
-    let frames: usize = data_set.of_set(Set::Training).map(|clip| clip.frames).sum();
+    let frames: usize = data_set
+        .of_set(Set::Training, tissue)
+        .map(|clip| clip.frames)
+        .sum();
     let share = config.pca_frames as f64 / frames.max(1) as f64;
     let mut rng = Pcg64Mcg::seed_from_u64(config.seed);
     // Column-major with a frame a column, turned at the end.
     let mut columns: Vec<f32> = Vec::new();
     let mut image = vec![0.0; coordinates];
-    for (index, entry) in data_set.of_set(Set::Training).enumerate() {
+    for (index, entry) in data_set.of_set(Set::Training, tissue).enumerate() {
         let clip = data_set.read(entry)?;
         for frame in 0..clip.frame_count() {
             if rng.random::<f64>() >= share {

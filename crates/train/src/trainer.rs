@@ -34,6 +34,8 @@ pub struct PredictorData {
     pub vertices: usize,
     /// Motion features a frame.
     pub motion: usize,
+    /// Features of the body.
+    pub conditions: usize,
 }
 
 /// Trains a predictor and gives the weights of the epoch that did best on the validation set.
@@ -57,6 +59,7 @@ pub fn train(
     device.seed(config.seed);
     let sizes = PredictorSizes {
         motion: data.motion,
+        conditions: data.conditions,
         encoding: config.encoding,
         springs: config.springs,
         hidden: config.hidden,

@@ -39,11 +39,11 @@ fn sequences(count: usize, frames: usize, rng: &mut Pcg64Mcg) -> Vec<Sequence> {
                 motion.extend(push);
                 latents.extend(position.map(|x| x / 1.5));
             }
-            let mut shape = [0.0; SHAPE_COUNT];
-            shape[0] = 1.7 * stiffness;
+            let mut condition = vec![0.0; SHAPE_COUNT];
+            condition[0] = 1.7 * stiffness;
             Sequence {
                 motion,
-                shape,
+                condition,
                 latents,
                 frames,
             }
@@ -59,6 +59,7 @@ fn data() -> PredictorData {
         deviation_m: vec![0.05; LATENT],
         vertices: 100,
         motion: MOTION,
+        conditions: SHAPE_COUNT,
     }
 }
 

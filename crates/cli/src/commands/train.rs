@@ -8,11 +8,12 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_body::BodyModel;
+use dynaskin_runtime::features::FeatureKind;
 use dynaskin_runtime::{Bundle, BundleFile};
 use dynaskin_train::{
-    BundleParts, Checkpoint, DataSet, EpochRecord, Player, Precision, Prepared, Report, Set, Split,
-    TrainConfig, TrainingFacts, decoder_onnx, evaluate, predictor_onnx, prepare, train,
-    write_bundle,
+    BundleParts, Checkpoint, DataSet, EpochRecord, Method, Networks, Player, Precision, Predictor,
+    Prepared, Report, Set, Split, Tissue, TrainConfig, TrainingFacts, decoder_onnx, evaluate,
+    predictor_onnx, prepare, train, write_bundle,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -24,6 +25,9 @@ pub struct TrainArgs {
     /// Folder of clips made by `dynaskin simulate`.
     #[arg(long)]
     data: PathBuf,
+    /// What to train.
+    #[arg(long, value_parser = method, default_value = "dynaskin")]
+    method: Method,
     /// The body GLB that the clips were simulated on.
     #[arg(long)]
     body: PathBuf,
@@ -72,6 +76,9 @@ pub struct TrainArgs {
     /// AdamW's weight decay.
     #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
     weight_decay: f32,
+    /// The body is in another folder already: do not write it.
+    #[arg(long)]
+    without_body: bool,
     /// Do not learn from mirror images.
     #[arg(long)]
     no_mirror: bool,
@@ -86,9 +93,19 @@ pub struct EvaluateArgs {
     /// Folder of clips made by `dynaskin simulate` on the bundle's body.
     #[arg(long)]
     data: PathBuf,
+    /// The body GLB, where it is not in the bundle's folder.
+    #[arg(long)]
+    body: Option<PathBuf>,
     /// What is held out, as JSON; what the bundle was trained without unless given.
     #[arg(long)]
     split: Option<PathBuf>,
+}
+
+fn method(name: &str) -> Result<Method, String> {
+    Method::from_name(name).ok_or_else(|| {
+        let names = Method::ALL.map(Method::name);
+        format!("no such method; there are {}", names.join(", "))
+    })
 }
 
 impl TrainArgs {
@@ -112,6 +129,9 @@ impl TrainArgs {
 
 /// Runs `dynaskin train`.
 pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
+    if args.method != Method::Dynaskin {
+        bail!("{} cannot be trained yet", args.method.label());
+    }
     let config = args.config();
     config.check()?;
     let split = match &args.split {
@@ -152,30 +172,28 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
         ));
     })?;
 
-    let predictor_onnx =
-        predictor_onnx(&predictor, &prepared.normaliser, &prepared.data.deviation_m)?;
-    let decoder_onnx = decoder_onnx(&prepared.basis, Precision::Half)?;
-    let facts = facts(
-        &data_set,
-        &prepared,
-        &config,
-        split,
-        &best,
-        checkpoint.seconds()?,
-    );
+    let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
+    let validation_frames = prepared.data.validation.iter().map(|s| s.frames).sum();
+    let minutes = checkpoint.seconds()? / 60.0;
+    let facts = TrainingFacts {
+        validation_frames,
+        minutes,
+        seed: config.seed,
+        ..facts(args.method, &data_set, &networks, split)
+    };
     let parts = BundleParts {
         name: &body.name,
         body_glb: &body_glb,
-        predictor_onnx: &predictor_onnx,
-        decoder_onnx: &decoder_onnx,
+        with_body: !args.without_body,
+        networks: &networks,
         vertices: &data_set.vertices,
-        latent_count: config.components,
-        training: &TrainingFacts {
-            parameters: predictor.weight_count(),
-            ..facts
-        },
+        training: &facts,
     };
-    let mut player = Player::new(&predictor_onnx, &decoder_onnx)?;
+    let mut player = Player::new(
+        networks.feature_kind,
+        &networks.predictor_onnx,
+        &networks.decoder_onnx,
+    )?;
     let report = measure(&mut player, &data_set, &body)?;
     write_bundle(&args.out, &parts, &report)?;
     say(&summary(&report));
@@ -183,10 +201,36 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The trained parts as files of the contract.
+fn dynaskin_networks(
+    prepared: &Prepared,
+    predictor: &Predictor,
+    config: &TrainConfig,
+    best_epoch: usize,
+) -> anyhow::Result<Networks> {
+    Ok(Networks {
+        feature_kind: FeatureKind::InertialMaterials,
+        predictor_onnx: predictor_onnx(
+            predictor,
+            &prepared.normaliser,
+            &prepared.data.deviation_m,
+        )?,
+        decoder_onnx: decoder_onnx(&prepared.basis, Precision::Half)?,
+        latent_count: config.components,
+        parameters: predictor.weight_count()
+            + prepared.basis.components() * prepared.basis.coordinates(),
+        description: config.description(),
+        config: serde_json::to_value(config)?,
+        best_epoch,
+    })
+}
+
 /// Runs `dynaskin evaluate`.
 pub fn run_evaluate(args: &EvaluateArgs) -> anyhow::Result<()> {
     let (mut player, bundle) = Player::load(&args.model)?;
-    let (body, _) = read_body(&args.model.join(&bundle.body.file))?;
+    let own = args.model.join(&bundle.body.file);
+    let (body, body_glb) = read_body(args.body.as_ref().unwrap_or(&own))?;
+    bundle.body.verify(&body_glb)?;
     let split = split_of(args, &bundle)?;
     let data_set = DataSet::open(&args.data, &bundle.body.sha256, &split)?;
     if data_set.vertices != bundle.vertices {
@@ -234,18 +278,13 @@ fn measure(player: &mut Player, data_set: &DataSet, body: &BodyModel) -> anyhow:
     Ok(report)
 }
 
-fn facts(
-    data_set: &DataSet,
-    prepared: &Prepared,
-    config: &TrainConfig,
-    split: Split,
-    best: &EpochRecord,
-    seconds: f64,
-) -> TrainingFacts {
-    let training = || data_set.of_set(Set::Training);
+fn facts(method: Method, data_set: &DataSet, networks: &Networks, split: Split) -> TrainingFacts {
+    let tissue = Tissue::known_to(networks.feature_kind);
+    let training = || data_set.of_set(Set::Training, tissue);
     let captured = training()
         .filter(|clip| clip.name.subject.is_some())
         .count();
+    let varied = training().filter(|clip| !clip.usual_tissue).count();
     let shapes: BTreeSet<&str> = training().map(|clip| clip.name.shape.as_str()).collect();
     let kinds: BTreeSet<&str> = training()
         .filter(|clip| clip.name.subject.is_none())
@@ -263,20 +302,26 @@ fn facts(
     };
     let longest = training().map(|clip| clip.frames).max().unwrap_or(0) as f64 / 60.0;
     TrainingFacts {
+        method,
+        networks: networks.description.clone(),
         data: format!(
             "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {captured} clips of \
-             CMU motion captures (mocap.cs.cmu.edu){formula}, each at most {longest:.1} seconds.",
+             CMU motion captures (mocap.cs.cmu.edu){formula}, each at most {longest:.1} seconds; \
+             {varied} of them with tissue of other stiffness and damping.",
             shapes.len()
         ),
-        seed: config.seed,
+        seed: 0,
         clips: training().count(),
         frames: training().map(|clip| clip.frames).sum(),
-        validation_frames: prepared.data.validation.iter().map(|s| s.frames).sum(),
+        validation_frames: data_set
+            .of_set(Set::Validation, tissue)
+            .map(|clip| clip.frames)
+            .sum(),
         vertices: data_set.vertices.len(),
-        parameters: 0,
-        best_epoch: best.epoch,
-        minutes: seconds / 60.0,
-        config: config.clone(),
+        parameters: networks.parameters,
+        best_epoch: networks.best_epoch,
+        minutes: 0.0,
+        config: networks.config.clone(),
         split,
         simulator: simulator(&data_set.sim_json),
     }
@@ -302,17 +347,13 @@ fn listing(data_set: &DataSet) -> String {
         data_set.vertices.len()
     );
     for set in sets {
-        let frames: usize = data_set.of_set(set).map(|clip| clip.frames).sum();
-        let clips = data_set.of_set(set).count();
+        let clips = || data_set.of_set(set, Tissue::Any);
+        let frames: usize = clips().map(|clip| clip.frames).sum();
+        let varied = clips().filter(|clip| !clip.usual_tissue).count();
+        let clips = clips().count();
         text.push_str(&format!(
-            "\n  {:24} {clips:4} clips {frames:7} frames",
+            "\n  {:24} {clips:4} clips {frames:7} frames ({varied} clips with varied tissue)",
             set.name()
-        ));
-    }
-    if data_set.varied_clips > 0 {
-        text.push_str(&format!(
-            "\n  {} clips with varied materials are left out: the networks have no input for them",
-            data_set.varied_clips
         ));
     }
     text

@@ -108,6 +108,11 @@ impl Kinematics {
         motion
     }
 
+    /// The poses before the current one, newest first.
+    pub fn past_poses(&self) -> [Option<&Pose>; 2] {
+        self.past.each_ref().map(|past| Some(&past.as_ref()?.0))
+    }
+
     /// Makes the current pose the newest of the past.
     pub fn advance(&mut self, pose: Pose, world: WorldJoints) {
         self.past[1] = self.past[0].take();

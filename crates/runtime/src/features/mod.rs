@@ -3,18 +3,19 @@
 //! This is the only place that computes them: training and runtime call the same code, so a
 //! network sees in the browser what it saw when it learned.
 //!
-//! Kind `inertial` (DESIGN.md section 5): for ten tissue-bearing joints, in each joint's own frame,
-//! proper acceleration, angular velocity and angular acceleration; then local rotations and β. It
-//! does not depend on where the body stands or which way it faces, unlike the pose-and-shape input
-//! of DSNet (Seo, Zou, Cordier 2021).
+//! [`FeatureKind`] names the kinds there are.
 
+mod kind;
 mod kinematics;
 
-use dynaskin_body::{JOINT_COUNT, Joint, Pose, SHAPE_COUNT, WorldJoints};
+use dynaskin_body::{JOINT_COUNT, Joint, Pose, REGION_COUNT, SHAPE_COUNT, WorldJoints};
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use glam::{DMat3, DVec3, Vec3};
-use serde::{Deserialize, Serialize};
 
+pub use kind::{
+    FeatureKind, INERTIAL_FEATURE_COUNT, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS,
+};
+use kind::{POSE_SHAPE_JOINTS, WINDOW_POSE_COUNT, WINDOW_POSES};
 pub use kinematics::{
     ANGULAR_ACCELERATION_LIMIT, ANGULAR_VELOCITY_LIMIT, GRAVITY_M_S2, LINEAR_ACCELERATION_LIMIT,
     SoftLimit, rotation_vector,
@@ -25,109 +26,83 @@ use crate::pose::normalized;
 use crate::state::{Reader, Writer};
 pub(crate) use kinematics::Kinematics;
 
-/// The joints whose inertial motion is a feature, in feature order.
-pub const INERTIAL_JOINTS: [Joint; 10] = [
-    Joint::Pelvis,
-    Joint::Spine1,
-    Joint::Spine2,
-    Joint::Spine3,
-    Joint::LeftHip,
-    Joint::RightHip,
-    Joint::LeftKnee,
-    Joint::RightKnee,
-    Joint::LeftShoulder,
-    Joint::RightShoulder,
-];
-
-/// The joints whose local rotation is a feature, in feature order.
-pub const ROTATION_JOINTS: [Joint; 11] = [
-    Joint::Spine1,
-    Joint::Spine2,
-    Joint::Spine3,
-    Joint::LeftHip,
-    Joint::RightHip,
-    Joint::LeftKnee,
-    Joint::RightKnee,
-    Joint::LeftCollar,
-    Joint::RightCollar,
-    Joint::LeftShoulder,
-    Joint::RightShoulder,
-];
-
-/// Number of features of kind `inertial`: 9 numbers for each of [`INERTIAL_JOINTS`], 6 for each
-/// of [`ROTATION_JOINTS`], and β.
-pub const INERTIAL_FEATURE_COUNT: usize =
-    9 * INERTIAL_JOINTS.len() + 6 * ROTATION_JOINTS.len() + SHAPE_COUNT;
-
-/// What a network takes as input, as named in `bundle.json`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FeatureKind {
-    /// Accelerations and angular motion in joint frames; see [`InertialFeatures`].
-    Inertial,
+/// Factors on what a body's tissue is made of, in [`dynaskin_body::Region::ALL`]'s order; 1 is the
+/// usual tissue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Materials {
+    /// On the shear modulus; the frequency goes with its root.
+    pub stiffness: [f32; REGION_COUNT],
+    /// On the damping ratio.
+    pub damping: [f32; REGION_COUNT],
 }
 
-impl FeatureKind {
-    /// Number of features of this kind.
-    pub const fn count(self) -> usize {
-        match self {
-            Self::Inertial => INERTIAL_FEATURE_COUNT,
-        }
-    }
+impl Materials {
+    /// Stiffness factors that networks learn from (`dynaskin simulate --vary-materials`).
+    pub const LEARNED_STIFFNESS: std::ops::RangeInclusive<f32> = 0.5..=2.0;
+    /// The same of the damping ratio.
+    pub const LEARNED_DAMPING: std::ops::RangeInclusive<f32> = 0.625..=1.6;
+}
 
-    /// What each feature is, in order: `pelvis.proper_acceleration.x`, ..., `shape.9`.
-    pub fn names(self) -> Vec<String> {
-        let mut names = Vec::with_capacity(self.count());
-        for joint in INERTIAL_JOINTS {
-            for quantity in [
-                "proper_acceleration",
-                "angular_velocity",
-                "angular_acceleration",
-            ] {
-                names.extend(["x", "y", "z"].map(|a| format!("{}.{quantity}.{a}", joint.name())));
-            }
+impl Default for Materials {
+    fn default() -> Self {
+        Self {
+            stiffness: [1.0; REGION_COUNT],
+            damping: [1.0; REGION_COUNT],
         }
-        for joint in ROTATION_JOINTS {
-            for column in ["x_axis", "y_axis"] {
-                names.extend(["x", "y", "z"].map(|a| format!("{}.{column}.{a}", joint.name())));
-            }
-        }
-        names.extend((0..SHAPE_COUNT).map(|idx| format!("shape.{idx}")));
-        names
     }
 }
 
-/// Features of kind `inertial`, computed pose by pose at 60 Hz.
+/// Features of one [`FeatureKind`], computed pose by pose at 60 Hz.
 ///
 /// At tick t all derivatives are backward differences over the poses so far (ARCHITECTURE.md,
 /// "Causal kinematics"): `a_t = (x_t - 2 x_{t-1} + x_{t-2}) / dt²`,
 /// `ω_t = log(R_t R_{t-1}ᵀ) / dt`, `α_t = (ω_t - ω_{t-1}) / dt`. Before three poses exist the
-/// accelerations are 0, before two the angular velocity is 0. Acceleration and angular motion are
-/// softly limited ([`LINEAR_ACCELERATION_LIMIT`] and its siblings), because captured motion has
-/// whips far above what tissue was simulated with (342 m/s² in one CMU clip).
-///
-/// For each of [`INERTIAL_JOINTS`], in the joint's own frame: acceleration minus gravity (m/s²),
-/// angular velocity (rad/s), angular acceleration (rad/s²). For each of [`ROTATION_JOINTS`]: the
-/// first two columns of `R - I`, R being the local rotation. Then β.
+/// accelerations are 0, before two the angular velocity is 0; kinds that take past poses themselves
+/// are given the first one for those there are not. Acceleration and angular motion are softly
+/// limited ([`LINEAR_ACCELERATION_LIMIT`] and its siblings), because captured motion has whips far
+/// above what tissue was simulated with (342 m/s² in one CMU clip).
 #[derive(Clone, Debug)]
-pub struct InertialFeatures {
+pub struct MotionFeatures {
+    kind: FeatureKind,
     joints_rest_m: [Vec3; JOINT_COUNT],
     kinematics: Kinematics,
-    features: [f32; INERTIAL_FEATURE_COUNT],
+    /// As many as the kind has.
+    features: Vec<f32>,
     root_inertia: f64,
 }
 
-impl InertialFeatures {
-    /// For a body with the rest joints `joints_rest_m` (metres, of the body shaped with `shape`,
-    /// in model space) and shape coefficients β in standard deviations.
-    pub fn new(joints_rest_m: &[Vec3; JOINT_COUNT], shape: &[f32; SHAPE_COUNT]) -> Self {
-        let mut features = [0.0; INERTIAL_FEATURE_COUNT];
-        features[INERTIAL_FEATURE_COUNT - SHAPE_COUNT..].copy_from_slice(shape);
+impl MotionFeatures {
+    /// For a body of the usual tissue with the rest joints `joints_rest_m` (metres, of the body
+    /// shaped with `shape`, in model space) and shape coefficients β in standard deviations.
+    pub fn new(
+        kind: FeatureKind,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        shape: &[f32; SHAPE_COUNT],
+    ) -> Self {
+        let mut features = vec![0.0; kind.count()];
+        features[kind.count() - SHAPE_COUNT..].copy_from_slice(shape);
         Self {
+            kind,
             joints_rest_m: *joints_rest_m,
             kinematics: Kinematics::default(),
             features,
             root_inertia: 1.0,
+        }
+    }
+
+    /// Changes what the tissue is made of. Kinds without materials know only the usual tissue.
+    ///
+    /// # Panics
+    /// For factors that are not positive, in debug builds.
+    pub fn set_materials(&mut self, materials: &Materials) {
+        if !self.kind.has_materials() {
+            return;
+        }
+        let factors = materials.stiffness.iter().chain(&materials.damping);
+        let first = self.kind.motion_count();
+        for (feature, factor) in self.features[first..].iter_mut().zip(factors) {
+            debug_assert!(*factor > 0.0, "{factor}");
+            *feature = factor.log2();
         }
     }
 
@@ -164,8 +139,16 @@ impl InertialFeatures {
     pub fn push(&mut self, pose: &Pose) -> &[f32] {
         let pose = normalized(pose);
         let world = pose.world_joints(&self.joints_rest_m);
-        self.write_inertial(&world);
-        self.write_rotations(&pose);
+        match self.kind {
+            FeatureKind::Inertial | FeatureKind::InertialMaterials => {
+                self.write_inertial(&world);
+                self.write_rotations(&pose);
+            }
+            FeatureKind::PoseShape => {
+                write_pose(&pose, POSE_SHAPE_JOINTS, &mut self.features);
+            }
+            FeatureKind::PoseWindow => self.write_window(&pose),
+        }
         self.kinematics.advance(pose, world);
         &self.features
     }
@@ -184,7 +167,8 @@ impl InertialFeatures {
     /// taken for an acceleration.
     pub fn set_shape(&mut self, joints_rest_m: &[Vec3; JOINT_COUNT], shape: &[f32; SHAPE_COUNT]) {
         self.joints_rest_m = *joints_rest_m;
-        self.features[INERTIAL_FEATURE_COUNT - SHAPE_COUNT..].copy_from_slice(shape);
+        let first = self.kind.count() - SHAPE_COUNT;
+        self.features[first..].copy_from_slice(shape);
         self.kinematics.move_joints(joints_rest_m);
     }
 
@@ -209,6 +193,18 @@ impl InertialFeatures {
         }
     }
 
+    fn write_window(&mut self, pose: &Pose) {
+        let [before, earlier] = self.kinematics.past_poses();
+        let before = before.unwrap_or(pose);
+        let poses: [&Pose; WINDOW_POSES] = [pose, before, earlier.unwrap_or(before)];
+        for (pose, target) in poses
+            .into_iter()
+            .zip(self.features.chunks_exact_mut(WINDOW_POSE_COUNT))
+        {
+            write_pose(pose, JOINT_COUNT, target);
+        }
+    }
+
     fn write_rotations(&mut self, pose: &Pose) {
         let first = 9 * INERTIAL_JOINTS.len();
         for (slot, joint) in ROTATION_JOINTS.into_iter().enumerate() {
@@ -219,6 +215,15 @@ impl InertialFeatures {
             self.features[start..start + 3].copy_from_slice(&x.to_array());
             self.features[start + 3..start + 6].copy_from_slice(&y.to_array());
         }
+    }
+}
+
+/// Root translation in metres, then the rotation vectors of the first `joints` joints in radians.
+fn write_pose(pose: &Pose, joints: usize, target: &mut [f32]) {
+    target[..3].copy_from_slice(&pose.root_translation_m.as_vec3().to_array());
+    let rotations = pose.parent_from_joint.iter().take(joints);
+    for (rotation, target) in rotations.zip(target[3..].chunks_exact_mut(3)) {
+        target.copy_from_slice(&rotation_vector(*rotation).as_vec3().to_array());
     }
 }
 
@@ -233,6 +238,7 @@ pub fn clip_features(
     clip: &Clip,
     joints_rest_m: &[Vec3; JOINT_COUNT],
     shape: &[f32; SHAPE_COUNT],
+    materials: &Materials,
 ) -> Result<Vec<f32>, RuntimeError> {
     if (clip.rate_hz - MODEL_RATE_HZ).abs() > 1e-6 * MODEL_RATE_HZ {
         return Err(RuntimeError::ClipRate {
@@ -241,11 +247,11 @@ pub fn clip_features(
         });
     }
     let mut features = Vec::with_capacity(clip.frames.len() * kind.count());
-    let FeatureKind::Inertial = kind;
-    let mut inertial = InertialFeatures::new(joints_rest_m, shape);
+    let mut motion = MotionFeatures::new(kind, joints_rest_m, shape);
+    motion.set_materials(materials);
     for pose in &clip.frames {
         crate::pose::check(pose)?;
-        features.extend_from_slice(inertial.push(pose));
+        features.extend_from_slice(motion.push(pose));
     }
     Ok(features)
 }

@@ -1,0 +1,156 @@
+//! What networks can take as input.
+
+use dynaskin_body::{Joint, REGION_COUNT, Region, SHAPE_COUNT};
+use serde::{Deserialize, Serialize};
+
+/// The joints whose inertial motion is a feature, in feature order.
+pub const INERTIAL_JOINTS: [Joint; 10] = [
+    Joint::Pelvis,
+    Joint::Spine1,
+    Joint::Spine2,
+    Joint::Spine3,
+    Joint::LeftHip,
+    Joint::RightHip,
+    Joint::LeftKnee,
+    Joint::RightKnee,
+    Joint::LeftShoulder,
+    Joint::RightShoulder,
+];
+
+/// The joints whose local rotation is a feature, in feature order.
+pub const ROTATION_JOINTS: [Joint; 11] = [
+    Joint::Spine1,
+    Joint::Spine2,
+    Joint::Spine3,
+    Joint::LeftHip,
+    Joint::RightHip,
+    Joint::LeftKnee,
+    Joint::RightKnee,
+    Joint::LeftCollar,
+    Joint::RightCollar,
+    Joint::LeftShoulder,
+    Joint::RightShoulder,
+];
+
+/// Motion features of the inertial kinds: 9 numbers for each of [`INERTIAL_JOINTS`], 6 for each of
+/// [`ROTATION_JOINTS`].
+pub(super) const INERTIAL_MOTION_COUNT: usize =
+    9 * INERTIAL_JOINTS.len() + 6 * ROTATION_JOINTS.len();
+
+/// Number of features of kind `inertial`: its motion, and β.
+pub const INERTIAL_FEATURE_COUNT: usize = INERTIAL_MOTION_COUNT + SHAPE_COUNT;
+
+/// Numbers that tell a body's materials: stiffness and damping of each region.
+pub const MATERIAL_COUNT: usize = 2 * REGION_COUNT;
+
+/// Joints in DSNet's pose vector: SMPL's but for the hands.
+pub(super) const POSE_SHAPE_JOINTS: usize = 22;
+
+/// Numbers of a pose in `pose-shape`: root translation, and a rotation vector for each joint.
+const POSE_SHAPE_POSE_COUNT: usize = 3 + 3 * POSE_SHAPE_JOINTS;
+
+/// Numbers of a pose in `pose-window`: root translation, and a rotation vector for each joint.
+pub(super) const WINDOW_POSE_COUNT: usize = 3 + 3 * dynaskin_body::JOINT_COUNT;
+
+/// Poses in `pose-window`.
+pub(super) const WINDOW_POSES: usize = 3;
+
+/// What a network takes as input, as named in `bundle.json`. Each kind is some numbers about the
+/// motion, then some about the body: its materials where the kind has them, and β last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeatureKind {
+    /// For each of [`INERTIAL_JOINTS`], in the joint's own frame: acceleration minus gravity
+    /// (m/s²), angular velocity (rad/s), angular acceleration (rad/s²). For each of
+    /// [`ROTATION_JOINTS`]: the first two columns of `R - I`, R being the local rotation. Then β.
+    /// It does not depend on where the body stands or which way it faces.
+    Inertial,
+    /// As `inertial`, with the materials of the six regions before β: binary logarithms of the
+    /// factors on stiffness, then of those on the damping ratio.
+    InertialMaterials,
+    /// DSNet's input (Seo, Zou, Cordier 2021, section 4): the root's translation (m), a rotation
+    /// vector (rad) for each joint but the hands, and β.
+    PoseShape,
+    /// The poses that Casas & Otaduy (2018, section 3.4) regress from: those of this tick and of the
+    /// two before it, newest first, each as root translation (m) and a rotation vector (rad) for
+    /// each joint; then β, which they did not need because they trained one network a subject.
+    PoseWindow,
+}
+
+impl FeatureKind {
+    /// Number of features of this kind.
+    pub const fn count(self) -> usize {
+        self.motion_count() + self.condition_count()
+    }
+
+    /// How many of them, the first ones, are about the motion.
+    pub const fn motion_count(self) -> usize {
+        match self {
+            Self::Inertial | Self::InertialMaterials => INERTIAL_MOTION_COUNT,
+            Self::PoseShape => POSE_SHAPE_POSE_COUNT,
+            Self::PoseWindow => WINDOW_POSES * WINDOW_POSE_COUNT,
+        }
+    }
+
+    /// How many, the last ones, are about the body.
+    pub const fn condition_count(self) -> usize {
+        if self.has_materials() {
+            MATERIAL_COUNT + SHAPE_COUNT
+        } else {
+            SHAPE_COUNT
+        }
+    }
+
+    /// Whether materials are among them.
+    pub const fn has_materials(self) -> bool {
+        matches!(self, Self::InertialMaterials)
+    }
+
+    /// What each feature is, in order: `pelvis.proper_acceleration.x`, ..., `shape.9`.
+    pub fn names(self) -> Vec<String> {
+        let mut names = match self {
+            Self::Inertial | Self::InertialMaterials => inertial_names(),
+            Self::PoseShape => pose_names("", POSE_SHAPE_JOINTS),
+            Self::PoseWindow => ["", ".before", ".earlier"]
+                .into_iter()
+                .flat_map(|suffix| pose_names(suffix, dynaskin_body::JOINT_COUNT))
+                .collect(),
+        };
+        if self.has_materials() {
+            for quantity in ["stiffness", "damping"] {
+                names.extend(Region::ALL.map(|region| format!("{}.{quantity}", region.name())));
+            }
+        }
+        names.extend((0..SHAPE_COUNT).map(|idx| format!("shape.{idx}")));
+        names
+    }
+}
+
+fn inertial_names() -> Vec<String> {
+    let mut names = Vec::new();
+    for joint in INERTIAL_JOINTS {
+        for quantity in [
+            "proper_acceleration",
+            "angular_velocity",
+            "angular_acceleration",
+        ] {
+            names.extend(["x", "y", "z"].map(|a| format!("{}.{quantity}.{a}", joint.name())));
+        }
+    }
+    for joint in ROTATION_JOINTS {
+        for column in ["x_axis", "y_axis"] {
+            names.extend(["x", "y", "z"].map(|a| format!("{}.{column}.{a}", joint.name())));
+        }
+    }
+    names
+}
+
+fn pose_names(suffix: &str, joints: usize) -> Vec<String> {
+    let mut names: Vec<String> = ["x", "y", "z"]
+        .map(|axis| format!("root_translation{suffix}.{axis}"))
+        .into();
+    for joint in Joint::ALL.into_iter().take(joints) {
+        names.extend(["x", "y", "z"].map(|a| format!("{}.rotation{suffix}.{a}", joint.name())));
+    }
+    names
+}
