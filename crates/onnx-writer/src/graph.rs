@@ -218,6 +218,31 @@ impl Graph {
         Ok(self.apply("Concat", parts, shape, vec![axis]))
     }
 
+    /// The parts of `x` along `axis` that `indices` name, in that order.
+    ///
+    /// # Errors
+    /// [`WriteError::Shape`] where an index is outside the axis.
+    pub fn gather(
+        &mut self,
+        x: &Value,
+        axis: usize,
+        indices: &[usize],
+    ) -> Result<Value, WriteError> {
+        let length = x.shape.get(axis).copied().unwrap_or(0);
+        if indices.is_empty() || indices.iter().any(|index| *index >= length) {
+            let expected = format!(
+                "an axis {axis} that all {} indices are inside",
+                indices.len()
+            );
+            return Err(mismatch("Gather", &expected, &[x]));
+        }
+        let mut shape = x.shape.clone();
+        shape[axis] = indices.len();
+        let indices = self.integers("indices", indices);
+        let axis = proto::int_attribute("axis", axis as i64);
+        Ok(self.apply("Gather", &[x, &indices], shape, vec![axis]))
+    }
+
     /// `x` cut along `axis` into pieces of the given `lengths`.
     ///
     /// # Errors

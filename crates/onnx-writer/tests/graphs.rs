@@ -135,6 +135,20 @@ fn half_precision_weights_are_half_the_bytes_and_nearly_the_numbers() {
 }
 
 #[test]
+fn gathered_parts_stand_in_the_order_of_their_indices() {
+    let mut graph = Graph::new("gather");
+    let x = graph.input("x", &[1, 6]).unwrap();
+    let pairs = graph.reshape(&x, &[1, 3, 2]).unwrap();
+    let turned = graph.gather(&pairs, 1, &[2, 0, 1]).unwrap();
+    graph.output("y", &turned).unwrap();
+    let error = graph.gather(&pairs, 1, &[3]).unwrap_err();
+    assert!(matches!(error, WriteError::Shape { .. }), "{error}");
+    let x: Vec<f32> = (0..6u8).map(f32::from).collect();
+    let got = run_tract(&graph.into_bytes(), &[x]).unwrap();
+    assert_eq!(got, [[4.0, 5.0, 0.0, 1.0, 2.0, 3.0]]);
+}
+
+#[test]
 fn a_gru_step_gives_the_numbers_of_its_equations() {
     let gates = 3 * CELLS;
     let build = || -> Result<Vec<u8>, WriteError> {

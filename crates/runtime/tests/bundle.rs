@@ -8,7 +8,7 @@ mod support;
 use std::sync::Arc;
 
 use dynaskin_onnx_writer::{Graph, Precision};
-use dynaskin_runtime::{Bundle, Model, Network, RuntimeError};
+use dynaskin_runtime::{Bundle, Decoder, DecoderSession, Model, Network, RuntimeError};
 use prost::Message;
 use support::{bundle, decoder_onnx, kind, predictor_onnx};
 use tract_onnx::pb;
@@ -239,6 +239,47 @@ fn graphs_that_contradict_themselves_are_refused() {
         load_error(&predictor_onnx(), &nan)
             .to_string()
             .contains("NaN")
+    );
+}
+
+#[test]
+fn a_decoder_may_put_its_vertices_into_another_order() {
+    let decoder = |edit: &dyn Fn(&mut pb::GraphProto)| {
+        let mut graph = Graph::new("decoder");
+        let latent = graph.input("latent", &[1, 2]).unwrap();
+        let numbers: Vec<f32> = (0..18u8).map(f32::from).collect();
+        let basis = graph
+            .weights("basis", &[2, 9], &numbers, Precision::Single)
+            .unwrap();
+        let flat = graph.matmul(&latent, &basis).unwrap();
+        let in_blocks = graph.reshape(&flat, &[1, 3, 3]).unwrap();
+        let offsets = graph.gather(&in_blocks, 1, &[2, 0, 1]).unwrap();
+        graph.output("offsets", &offsets).unwrap();
+        edited(&graph.into_bytes(), edit)
+    };
+    let onnx_bytes = decoder(&|_| {});
+    let loaded = Decoder::load(&onnx_bytes).unwrap();
+    let mut offsets = [0.0; 9];
+    let mut session = DecoderSession::new(&loaded).unwrap();
+    session.decode(&[1.0, 10.0], &mut offsets).unwrap();
+    let in_order = |k: usize| (k + 10 * (9 + k)) as f32;
+    let expected = [6, 7, 8, 0, 1, 2, 3, 4, 5].map(in_order);
+    assert_eq!(offsets, expected);
+
+    let outside = decoder(&|graph| {
+        let indices = graph.initializer.last_mut().unwrap();
+        indices.raw_data = [3_i64, 0, 1].map(i64::to_le_bytes).concat();
+    });
+    let error = Decoder::load(&outside).unwrap_err();
+    assert!(error.to_string().contains("index 3 is outside"), "{error}");
+    let of_rows = decoder(&|graph| {
+        let gather = graph.node.iter_mut().find(|n| n.op_type == "Gather");
+        gather.unwrap().attribute[0].i = 0;
+    });
+    let error = Decoder::load(&of_rows).unwrap_err();
+    assert!(
+        error.to_string().contains("must not be the first"),
+        "{error}"
     );
 }
 

@@ -17,7 +17,7 @@ pub struct TrainConfig {
     pub springs: usize,
     /// Cells of the LSTM.
     pub hidden: usize,
-    /// Principal components: latents.
+    /// Principal components of all blocks together: latents.
     pub components: usize,
     /// Frames that the principal components are fitted to, drawn from the training set.
     pub pca_frames: usize,
@@ -42,9 +42,9 @@ impl Default for TrainConfig {
             epochs: 60,
             encoding: 128,
             springs: 160,
-            hidden: 64,
-            components: 128,
-            pca_frames: 2400,
+            hidden: 80,
+            components: 224,
+            pca_frames: 4000,
             window: 80,
             lanes: 32,
             learning_rate: 3e-3,
@@ -59,13 +59,13 @@ impl TrainConfig {
     /// The networks and their training in words.
     pub fn description(&self) -> String {
         format!(
-            "Decoder: {components} principal components about zero. Predictor: dense {encoding} with \
+            "Decoder: {components} principal components about zero, each of one block of the body. Predictor: dense {encoding} with \
              tanh; {springs} damped springs whose stiffness and damping depend on shape and \
              material; LSTM {hidden} over them; dense to {components}. No bias between motion and \
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
-             lanes{mirrored}; loss: root mean square over the vertices of the offset error in the \
-             subspace, in millimetres, averaged over frames.",
+             lanes{mirrored}; loss: mean over the blocks of the root mean square offset error in \
+             the subspace, in millimetres, averaged over frames.",
             components = self.components,
             encoding = self.encoding,
             springs = self.springs,

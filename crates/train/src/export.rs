@@ -4,15 +4,15 @@ use burn::tensor::Tensor;
 use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
 
 use crate::TrainError;
+use crate::blocks::BlockBasis;
 use crate::normaliser::Normaliser;
-use crate::pca::Basis;
 use crate::predictor::{Predictor, PredictorSizes};
 
 /// `predictor.onnx`: `features` [1,F] and the states `state_q`, `state_v` [1,springs] and
 /// `state_h`, `state_c` [1,hidden] in; `latent` [1,L] (metres) and `state_*_out` out. One call is
 /// one tick of the equations at the head of the `predictor` module. Scaling of features and
 /// latents is folded into the weights; the features' origin is subtracted first, in single
-/// precision, so that rest is exactly zero.
+/// precision, so that rest is exactly zero. Matrices are stored in `precision`.
 ///
 /// # Errors
 /// [`TrainError::Onnx`], such as for weights that are not finite.
@@ -20,8 +20,9 @@ pub fn predictor_onnx(
     predictor: &Predictor,
     normaliser: &Normaliser,
     deviation_m: &[f32],
+    precision: Precision,
 ) -> Result<Vec<u8>, TrainError> {
-    let weights = Folded::new(predictor, normaliser, deviation_m);
+    let weights = Folded::new(predictor, normaliser, deviation_m, precision);
     let sizes = weights.sizes;
     let mut graph = Graph::new("predictor");
     let features = graph.input("features", &[1, sizes.motion + sizes.conditions])?;
@@ -136,23 +137,28 @@ fn lstm(
     Ok((hidden.clone(), [("h", hidden), ("c", cells)]))
 }
 
-/// `decoder.onnx`: `latent` [1,L] in metres to `offsets` [1,V,3] in metres, one matrix product
-/// with the basis, stored in `precision`.
+/// `decoder.onnx`: `latent` [1,L] in metres to `offsets` [1,V,3] in metres: for each block the
+/// product of its latents with its basis, then the vertices put into the order of the data set.
+/// Weights are stored in `precision`.
 ///
 /// # Errors
 /// [`TrainError::Onnx`].
-pub fn decoder_onnx(basis: &Basis, precision: Precision) -> Result<Vec<u8>, TrainError> {
+pub fn decoder_onnx(basis: &BlockBasis, precision: Precision) -> Result<Vec<u8>, TrainError> {
     let (components, coordinates) = (basis.components(), basis.coordinates());
     let mut graph = Graph::new("decoder");
     let latent = graph.input("latent", &[1, components])?;
-    let rows = graph.weights(
-        "basis",
-        &[components, coordinates],
-        &basis.rows(),
-        precision,
-    )?;
-    let flat = graph.matmul(&latent, &rows)?;
-    let offsets = graph.reshape(&flat, &[1, coordinates / 3, 3])?;
+    let counts = basis.blocks.iter().map(|block| block.basis.components());
+    let latents = graph.split(&latent, 1, &counts.collect::<Vec<_>>())?;
+    let mut parts = Vec::new();
+    for (block, latent) in basis.blocks.iter().zip(&latents) {
+        let shape = [block.basis.components(), block.basis.coordinates()];
+        let name = format!("basis {}", block.name);
+        let rows = graph.weights(&name, &shape, &block.basis.rows(), precision)?;
+        parts.push(graph.matmul(latent, &rows)?);
+    }
+    let flat = graph.concat(&parts.iter().collect::<Vec<_>>(), 1)?;
+    let in_blocks = graph.reshape(&flat, &[1, coordinates / 3, 3])?;
+    let offsets = graph.gather(&in_blocks, 1, &basis.places())?;
     graph.output("offsets", &offsets)?;
     Ok(graph.into_bytes())
 }
@@ -173,10 +179,17 @@ struct Folded {
     /// Zeros for the candidate, as in `bias`.
     from_hidden: Vec<f32>,
     readout: Vec<f32>,
+    /// Of the matrices.
+    precision: Precision,
 }
 
 impl Folded {
-    fn new(predictor: &Predictor, normaliser: &Normaliser, deviation_m: &[f32]) -> Self {
+    fn new(
+        predictor: &Predictor,
+        normaliser: &Normaliser,
+        deviation_m: &[f32],
+        precision: Precision,
+    ) -> Self {
         let sizes = predictor.sizes();
         let (motion_scale, condition_scale) = normaliser.scale.split_at(sizes.motion);
         let hidden = sizes.hidden;
@@ -220,6 +233,7 @@ impl Folded {
             from_hidden,
             readout,
             sizes,
+            precision,
         }
     }
 
@@ -231,7 +245,7 @@ impl Folded {
         rows: usize,
     ) -> Result<Value, WriteError> {
         let shape = [rows, numbers.len() / rows];
-        graph.weights(name, &shape, numbers, Precision::Single)
+        graph.weights(name, &shape, numbers, self.precision)
     }
 
     fn vector(&self, graph: &mut Graph, name: &str, numbers: &[f32]) -> Result<Value, WriteError> {

@@ -4,6 +4,7 @@
 //! their coefficients from the runtime's own features. Held-out clips are then played through the
 //! exported files by the runtime itself, and the errors go into the bundle and the model card.
 
+mod blocks;
 mod bundle;
 mod card;
 mod checkpoint;
@@ -25,6 +26,7 @@ mod prepare;
 mod split;
 mod trainer;
 
+pub use blocks::{Block, BlockBasis, partition};
 pub use bundle::{BundleParts, TrainingFacts, write_bundle};
 pub use card::model_card;
 pub use checkpoint::{Checkpoint, EpochRecord};
@@ -43,4 +45,4 @@ pub use player::Player;
 pub use predictor::{Predictor, PredictorSizes, PredictorState};
 pub use prepare::{Prepared, prepare};
 pub use split::{ClipName, Set, Split};
-pub use trainer::{PredictorData, train};
+pub use trainer::{BlockSize, PredictorData, train};

@@ -54,6 +54,11 @@ impl Mirror {
         Ok(Self { partner })
     }
 
+    /// The slot at the mirror image of `slot`; itself on the midline.
+    pub fn partner(&self, slot: usize) -> usize {
+        self.partner[slot]
+    }
+
     /// The mirror image of one frame of offsets, `[slot][xyz]` flat.
     ///
     /// # Panics

@@ -76,6 +76,17 @@ impl Basis {
         })
     }
 
+    /// The first `components` directions only.
+    #[must_use]
+    pub fn truncated(&self, components: usize) -> Self {
+        let directions = self.directions.columns(0, components).into_owned();
+        Self {
+            transposed: directions.transpose(),
+            directions,
+            deviation_m: self.deviation_m[..components].to_vec(),
+        }
+    }
+
     /// Number of components.
     pub fn components(&self) -> usize {
         self.directions.ncols()

@@ -7,14 +7,14 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::TrainError;
+use crate::blocks::{BlockBasis, partition};
 use crate::config::TrainConfig;
 use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
 use crate::lanes::Sequence;
 use crate::mirror::Mirror;
 use crate::normaliser::Normaliser;
-use crate::pca::Basis;
 use crate::split::Set;
-use crate::trainer::PredictorData;
+use crate::trainer::{BlockSize, PredictorData};
 
 /// What dynaskin's networks take as input.
 pub(crate) const KIND: FeatureKind = FeatureKind::InertialMaterials;
@@ -23,7 +23,7 @@ pub(crate) const KIND: FeatureKind = FeatureKind::InertialMaterials;
 #[derive(Debug)]
 pub struct Prepared {
     /// Subspace of the offsets.
-    pub basis: Basis,
+    pub basis: BlockBasis,
     /// Scaling of the features.
     pub normaliser: Normaliser,
     /// Sequences.
@@ -61,7 +61,8 @@ pub fn prepare(
     let sample = sample_offsets(data_set, config, mirror.as_ref(), |done| {
         progress(done, all)
     })?;
-    let basis = Basis::fit(&sample, config.components, config.seed)?;
+    let blocks = partition(model, &data_set.vertices, mirror.as_ref());
+    let basis = BlockBasis::fit(&sample, blocks, config.components, config.seed)?;
     drop(sample);
 
     let mut raw = Vec::new();
@@ -87,7 +88,7 @@ pub fn prepare(
             progress(done, all);
         }
     }
-    Ok(normalised(raw, basis, model, data_set.vertices.len()))
+    Ok(normalised(raw, basis, model))
 }
 
 /// A clip before scaling.
@@ -97,7 +98,7 @@ struct RawSequence {
     set: Set,
 }
 
-fn normalised(raw: Vec<RawSequence>, basis: Basis, model: &BodyModel, vertices: usize) -> Prepared {
+fn normalised(raw: Vec<RawSequence>, basis: BlockBasis, model: &BodyModel) -> Prepared {
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let normaliser = Normaliser::fit(
         KIND,
@@ -108,7 +109,7 @@ fn normalised(raw: Vec<RawSequence>, basis: Basis, model: &BodyModel, vertices: 
         training: Vec::new(),
         validation: Vec::new(),
         deviation_m: basis.deviation_m.clone(),
-        vertices,
+        blocks: basis.blocks.iter().map(BlockSize::of).collect(),
         motion: KIND.motion_count(),
         conditions: KIND.condition_count(),
     };
@@ -139,7 +140,7 @@ fn normalised(raw: Vec<RawSequence>, basis: Basis, model: &BodyModel, vertices: 
     }
 }
 
-fn mirrored_latents(basis: &Basis, mirror: &Mirror, latents: &[f32]) -> Vec<f32> {
+fn mirrored_latents(basis: &BlockBasis, mirror: &Mirror, latents: &[f32]) -> Vec<f32> {
     let components = basis.components();
     let induced = basis.induced(|from, to| mirror.apply(from, to));
     let induced = DMatrix::from_row_slice(components, components, &induced);

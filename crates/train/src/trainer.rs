@@ -8,6 +8,7 @@ use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 
 use crate::TrainError;
+use crate::blocks::Block;
 use crate::checkpoint::{Checkpoint, EpochRecord};
 use crate::config::TrainConfig;
 use crate::lanes::{Batch, Lanes, Sequence};
@@ -30,21 +31,40 @@ pub struct PredictorData {
     pub validation: Vec<Sequence>,
     /// Deviation of each latent in metres.
     pub deviation_m: Vec<f32>,
-    /// Number of vertices of an offset field.
-    pub vertices: usize,
+    /// The blocks that the latents belong to, in order.
+    pub blocks: Vec<BlockSize>,
     /// Motion features a frame.
     pub motion: usize,
     /// Features of the body.
     pub conditions: usize,
 }
 
+/// Size of a block of the body ([`crate::BlockBasis`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BlockSize {
+    /// Number of latents.
+    pub latents: usize,
+    /// Number of vertices.
+    pub vertices: usize,
+}
+
+impl BlockSize {
+    /// Of a block.
+    pub fn of(block: &Block) -> Self {
+        Self {
+            latents: block.basis.components(),
+            vertices: block.slots.len(),
+        }
+    }
+}
+
 /// Trains a predictor and gives the weights of the epoch that did best on the validation set.
 ///
-/// The loss of a frame is the root mean square over the vertices of the offset error within the
-/// subspace, in millimetres. It is computed on latents: with an orthonormal basis the squared
-/// distance of two latents in metres is that of the two offset fields. Not squaring the whole
-/// keeps violent frames from drowning the rest, and is close to the mean vertex error that models
-/// are judged by.
+/// The loss of a frame is the mean over the blocks, weighted by their vertices, of the root mean
+/// square over a block's vertices of the offset error within the subspace, in millimetres. It is
+/// computed on latents: with an orthonormal basis the squared distance of two latents in metres is
+/// that of the two offset fields. Not squaring the whole keeps violent frames and loose regions from
+/// drowning the rest, and is close to the mean vertex error that models are judged by.
 ///
 /// # Errors
 /// [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].
@@ -197,27 +217,53 @@ fn validate(
 
 /// Turns latent errors into vertex errors.
 struct Metric {
-    /// `[1, latent]`: millimetres of root-mean-square vertex error a unit of normalised latent.
+    /// `[1, latent]`: millimetres of a block's root-mean-square vertex error a unit of normalised
+    /// latent.
     scale_mm: Tensor<2>,
+    /// `[latent, block]`: 1 where the latent belongs to the block.
+    membership: Tensor<2>,
+    /// `[block, 1]`: each block's share of the vertices.
+    share: Tensor<2>,
     device: Device,
 }
 
 impl Metric {
     fn new(data: &PredictorData, device: &Device) -> Self {
-        let share = 1000.0 / (data.vertices as f32).sqrt();
-        let scale: Vec<f32> = data.deviation_m.iter().map(|d| d * share).collect();
-        let shape = [1, scale.len()];
+        let vertices: usize = data.blocks.iter().map(|block| block.vertices).sum();
+        let of_latents = data.blocks.iter().enumerate();
+        let of_latents: Vec<(usize, BlockSize)> = of_latents
+            .flat_map(|(index, block)| std::iter::repeat_n((index, *block), block.latents))
+            .collect();
+        let scale_mm = data.deviation_m.iter().zip(&of_latents);
+        let scale_mm: Vec<f32> = scale_mm
+            .map(|(deviation_m, (_, block))| 1000.0 * deviation_m / (block.vertices as f32).sqrt())
+            .collect();
+        let blocks = data.blocks.len();
+        let mut membership = vec![0.0; of_latents.len() * blocks];
+        for (latent, (block, _)) in of_latents.iter().enumerate() {
+            membership[latent * blocks + block] = 1.0;
+        }
+        let share = data.blocks.iter();
+        let share: Vec<f32> = share.map(|b| b.vertices as f32 / vertices as f32).collect();
+        let matrix = |numbers: Vec<f32>, columns: usize| {
+            let shape = [numbers.len() / columns, columns];
+            Tensor::from_data(TensorData::new(numbers, shape), device)
+        };
+        let latents = scale_mm.len();
         Self {
-            scale_mm: Tensor::from_data(TensorData::new(scale, shape), device),
+            scale_mm: matrix(scale_mm, latents),
+            membership: matrix(membership, blocks),
+            share: matrix(share, 1),
             device: device.clone(),
         }
     }
 
-    /// Mean over the frames that count of the root-mean-square vertex error in millimetres.
+    /// Mean over the frames that count of the vertex error in millimetres.
     fn loss_mm(&self, latents: Tensor<2>, batch: &Batch) -> Tensor<1> {
         let error_mm = (latents - batch.latents.clone()) * self.scale_mm.clone();
-        let square = error_mm.powi_scalar(2).sum_dim(1); // [frames · lanes, 1]
-        let frame = (square + LOSS_FLOOR_MM * LOSS_FLOOR_MM).sqrt() - LOSS_FLOOR_MM;
+        let square = error_mm.powi_scalar(2).matmul(self.membership.clone());
+        let blocks = (square + LOSS_FLOOR_MM * LOSS_FLOOR_MM).sqrt() - LOSS_FLOOR_MM;
+        let frame = blocks.matmul(self.share.clone()); // [frames · lanes, 1]
         (frame.squeeze_dim::<1>(1) * batch.weights.clone()).sum() / batch.frames.max(1) as f32
     }
 }

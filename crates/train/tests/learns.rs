@@ -1,7 +1,9 @@
 //! The trainer on data whose law is known: damped oscillators whose frequency depends on shape.
 
 use dynaskin_body::SHAPE_COUNT;
-use dynaskin_train::{Checkpoint, PredictorData, Sequence, TrainConfig, TrainError, train};
+use dynaskin_train::{
+    BlockSize, Checkpoint, PredictorData, Sequence, TrainConfig, TrainError, train,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -57,7 +59,10 @@ fn data() -> PredictorData {
         training: sequences(64, 240, &mut rng),
         validation: sequences(12, 240, &mut rng),
         deviation_m: vec![0.05; LATENT],
-        vertices: 100,
+        blocks: vec![BlockSize {
+            latents: LATENT,
+            vertices: 100,
+        }],
         motion: MOTION,
         conditions: SHAPE_COUNT,
     }

@@ -1,8 +1,8 @@
-//! The thirteen ONNX operators that the project's networks consist of.
+//! The ONNX operators that the project's networks consist of.
 
 use tract_core::axes::AxesMapping;
 use tract_core::internal::{AxisOp, TDim, TypedOp};
-use tract_core::ops::array::{Slice, TypedConcat};
+use tract_core::ops::array::{Gather, Slice, TypedConcat};
 use tract_core::ops::change_axes::wire_with_rank_broadcast;
 use tract_core::ops::einsum::EinSum;
 use tract_core::ops::{math, nn};
@@ -15,8 +15,8 @@ use super::translate::{Known, Translation};
 use crate::RuntimeError;
 
 /// The operators there are, for messages.
-const SUPPORTED: &str = "Add, Cast, Concat, Gemm, Identity, MatMul, Mul, Relu, Reshape, Sigmoid, \
-                         Split, Sub and Tanh";
+const SUPPORTED: &str = "Add, Cast, Concat, Gather, Gemm, Identity, MatMul, Mul, Relu, Reshape, \
+                         Sigmoid, Split, Sub and Tanh";
 
 /// One node on its way into the tract model.
 struct Node<'a> {
@@ -57,6 +57,7 @@ pub(super) fn wire(
         "Gemm" if official => node.gemm(),
         "MatMul" if official => node.matmul(),
         "Concat" if official => node.concat(),
+        "Gather" if official => node.gather(),
         "Split" if official => node.split(),
         "Reshape" if official => node.reshape(),
         _ => Err(RuntimeError::UnknownOperator {
@@ -200,6 +201,35 @@ impl Node<'_> {
         }
         let outlets: Vec<OutletId> = parts.iter().map(|part| part.outlet).collect();
         self.push(TypedConcat { axis }, &outlets, shape)
+    }
+
+    /// Picks parts of `x` along an axis by a list of constant indices.
+    fn gather(&mut self) -> Result<(), RuntimeError> {
+        self.attributes(&["axis"])?;
+        self.arity(2, 1)?;
+        let x = self.input(0)?;
+        let axis = self.axis(x.shape.len())?;
+        if axis == 0 {
+            // The first axis counts avatars, whatever the file says.
+            return Err(self.problem("its axis must not be the first"));
+        }
+        let length = x.shape[axis] as i64;
+        let indices = self.integers(1)?;
+        let from_start = |index: &i64| if *index < 0 { index + length } else { *index };
+        let indices: Vec<i64> = indices.iter().map(from_start).collect();
+        if let Some(index) = indices.iter().find(|index| !(0..length).contains(*index)) {
+            let problem = format!("its index {index} is outside the axis of {length}");
+            return Err(self.problem(problem));
+        }
+        let mut shape = x.shape.clone();
+        shape[axis] = indices.len();
+        let name = format!("{}.indices", self.place);
+        let indices = self
+            .translation
+            .model
+            .add_const(name, tensor1(&indices))
+            .map_err(|error| self.translation.refused(&error))?;
+        self.push(Gather::new(axis), &[x.outlet, indices], shape)
     }
 
     fn split(&mut self) -> Result<(), RuntimeError> {
