@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use dynaskin_body::{Joint, Pose};
 use dynaskin_motion::{Clip, Procedural, ProceduralKind};
-use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
+use dynaskin_runtime::features::{Materials, clip_features};
 use dynaskin_runtime::{Avatar, Model};
 use glam::{DQuat, DVec3, Vec3};
 use plain_tract::PlainTract;
@@ -62,9 +62,10 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
     for name in NAMES {
         let mut avatar = Avatar::new(model(name), &SHAPE).unwrap();
         let clip = hop(&avatar);
+        let kind = avatar.model().bundle().unwrap().feature_kind;
         let features = |clip: &Clip| {
             clip_features(
-                FeatureKind::Inertial,
+                kind,
                 clip,
                 avatar.joints_rest_m(),
                 &SHAPE,
@@ -80,7 +81,7 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
         let rest = settled(&mut plain, &features(&standing));
         let rest_m = plain.decode(&rest);
         let all_features = features(&clip);
-        let mut rows = all_features.chunks(FeatureKind::Inertial.count());
+        let mut rows = all_features.chunks(kind.count());
         let mut plain = PlainTract::load(&root().join("models").join(name));
         let mut latent_before = settled(&mut plain, rows.next().unwrap());
         avatar.step(&clip.frames[0], DT).unwrap();

@@ -12,7 +12,8 @@ use std::process::{Command, Stdio};
 use anyhow::Result;
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
 use dynaskin_motion::{Procedural, ProceduralKind};
-use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
+use dynaskin_runtime::Bundle;
+use dynaskin_runtime::features::{Materials, clip_features};
 use plain_tract::PlainTract;
 use serde_json::{Value, json};
 
@@ -25,18 +26,13 @@ fn repository() -> PathBuf {
 
 /// Features of a hop, one row a tick.
 fn hop_features(folder: &Path) -> Result<Vec<Vec<f32>>> {
+    let kind = Bundle::from_json(&std::fs::read(folder.join("bundle.json"))?)?.feature_kind;
     let body = BodyModel::from_glb(&std::fs::read(folder.join("body.glb"))?)?;
     let shape = [0.0; SHAPE_COUNT];
     let joints_m = body.shaped(&shape).joints_m;
     let clip = Procedural::new(ProceduralKind::Hop).clip(&joints_m)?;
-    let features = clip_features(
-        FeatureKind::Inertial,
-        &clip,
-        &joints_m,
-        &shape,
-        &Materials::default(),
-    )?;
-    let width = FeatureKind::Inertial.count();
+    let features = clip_features(kind, &clip, &joints_m, &shape, &Materials::default())?;
+    let width = kind.count();
     Ok(features
         .chunks(width)
         .take(180)
