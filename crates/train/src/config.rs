@@ -31,6 +31,8 @@ pub struct TrainConfig {
     pub weight_decay: f32,
     /// Largest norm of a parameter's gradient.
     pub clip_norm: f32,
+    /// Whether each block of the body hears its own joints only.
+    pub local: bool,
     /// Whether the mirror image of every training clip is learned from as well.
     pub mirror: bool,
 }
@@ -50,6 +52,7 @@ impl Default for TrainConfig {
             learning_rate: 3e-3,
             weight_decay: 1e-2,
             clip_norm: 1.0,
+            local: true,
             mirror: true,
         }
     }
@@ -61,7 +64,7 @@ impl TrainConfig {
         format!(
             "Decoder: {components} principal components about zero, each of one block of the body. Predictor: dense {encoding} with \
              tanh; {springs} damped springs whose stiffness and damping depend on shape and \
-             material; LSTM {hidden} over them; dense to {components}. No bias between motion and \
+             material{local}; LSTM {hidden} over all of them; dense to {components}. No bias between motion and \
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
              lanes{mirrored}; loss: mean over the blocks of the root mean square offset error in \
@@ -75,6 +78,11 @@ impl TrainConfig {
             epochs = self.epochs,
             window = self.window,
             lanes = self.lanes,
+            local = if self.local {
+                ", each driven by the joints of one block and read out for it"
+            } else {
+                ""
+            },
             mirrored = if self.mirror {
                 ", each clip also mirrored"
             } else {

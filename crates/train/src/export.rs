@@ -193,7 +193,7 @@ impl Folded {
         let sizes = predictor.sizes();
         let (motion_scale, condition_scale) = normaliser.scale.split_at(sizes.motion);
         let hidden = sizes.hidden;
-        let mut poles = scaled_rows(&predictor.poles.val(), condition_scale);
+        let mut poles = scaled_rows(&predictor.local_poles(), condition_scale);
         let mut poles_bias = flat(predictor.poles_bias.val());
         for row in poles.chunks_exact_mut(2 * sizes.springs) {
             row[sizes.springs..].iter_mut().for_each(|w| *w = -*w);
@@ -215,15 +215,15 @@ impl Folded {
         }
         let mut bias = flat(predictor.bias.val());
         bias.extend(std::iter::repeat_n(0.0, hidden));
-        let mut readout = flat(predictor.readout.val());
+        let mut readout = flat(predictor.local_readout());
         for row in readout.chunks_exact_mut(sizes.latent) {
             for (weight, deviation) in row.iter_mut().zip(deviation_m) {
                 *weight *= deviation;
             }
         }
         Self {
-            encoder: scaled_rows(&predictor.encoder.val(), motion_scale),
-            drive: scaled_rows(&predictor.drive.val(), motion_scale),
+            encoder: scaled_rows(&predictor.local_encoder(), motion_scale),
+            drive: scaled_rows(&predictor.local_drive(), motion_scale),
             poles,
             poles_bias,
             mode_scale: scaled_rows(&predictor.mode_scale.val(), condition_scale),

@@ -16,6 +16,7 @@ mod export;
 #[cfg(test)]
 mod fixture;
 mod lanes;
+mod locality;
 mod methods;
 mod mirror;
 mod normaliser;
@@ -37,6 +38,7 @@ pub use error::TrainError;
 pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};
 pub use export::{decoder_onnx, predictor_onnx};
 pub use lanes::Sequence;
+pub use locality::Locality;
 pub use methods::{Method, Networks, TrainingInput};
 pub use mirror::Mirror;
 pub use normaliser::Normaliser;

@@ -22,6 +22,9 @@
 //! latent = [m, h', e] R
 //! ```
 //!
+//! E, U, the part of K and D that hears e, and the part of R that hears m and e are zero between
+//! different blocks of the body ([`crate::Locality`]); C, the LSTM and what is read off h join them.
+//!
 //! With fixed k and d a spring is stable for 0 < k < 4 - 2 d, which the ranges of k and d grant; k
 //! in 0..2 reaches 15 Hz and beyond at 60 ticks a second.
 //!
@@ -35,6 +38,8 @@
 use burn::module::{Module, Param};
 use burn::nn::Initializer;
 use burn::tensor::{Device, Tensor, TensorData, activation};
+
+use crate::locality::{Locality, same_block};
 
 /// Frames are cut from a window in two stages of about this many, because the gradient of a cut is
 /// as large as what it was cut from.
@@ -89,6 +94,51 @@ pub struct Predictor {
     pub from_hidden: Param<Tensor<2>>,
     /// R: `[2 · springs + hidden + encoding, latent]`.
     pub readout: Param<Tensor<2>>,
+    /// Where the weights of encoder, drive, poles and readout may differ from 0.
+    #[module(skip)]
+    masks: Masks,
+}
+
+/// Ones where a unit may hear another ([`Locality`]), row-major as the weights are.
+#[derive(Clone, Debug, PartialEq)]
+struct Masks {
+    encoder: Vec<f32>,
+    drive: Vec<f32>,
+    poles: Vec<f32>,
+    readout: Vec<f32>,
+}
+
+impl Masks {
+    fn new(sizes: PredictorSizes, locality: &Locality) -> Self {
+        let encoding = locality.unit_blocks(sizes.encoding);
+        let springs = locality.unit_blocks(sizes.springs);
+        let latents = locality.latent_blocks();
+        let modes = [springs.as_slice(), &springs].concat();
+        let all = |rows: usize, columns: usize| vec![1.0; rows * columns];
+        Self {
+            encoder: locality.feeling(&encoding),
+            drive: [locality.feeling(&springs), same_block(&encoding, &springs)].concat(),
+            poles: [
+                all(sizes.conditions, modes.len()),
+                same_block(&encoding, &modes),
+            ]
+            .concat(),
+            readout: [
+                same_block(&modes, &latents),
+                all(sizes.hidden, latents.len()),
+                same_block(&encoding, &latents),
+            ]
+            .concat(),
+        }
+    }
+}
+
+/// `weights` with zeros where `mask` has them.
+fn masked(weights: &Param<Tensor<2>>, mask: &[f32]) -> Tensor<2> {
+    let weights = weights.val();
+    let mask = TensorData::new(mask.to_vec(), weights.dims());
+    let mask = Tensor::from_data(mask, &weights.device());
+    weights * mask
 }
 
 /// The state of a batch of lanes. Zero is the state at rest.
@@ -135,8 +185,9 @@ impl PredictorState {
 }
 
 impl Predictor {
-    /// Random weights; seed the device first.
-    pub fn new(sizes: PredictorSizes, device: &Device) -> Self {
+    /// Random weights; seed the device first. The latents are those of `locality`.
+    pub fn new(sizes: PredictorSizes, locality: &Locality, device: &Device) -> Self {
+        let masks = Masks::new(sizes, locality);
         let PredictorSizes {
             motion,
             conditions,
@@ -153,6 +204,11 @@ impl Predictor {
                 device,
             )
         };
+        // A unit that hears less is started louder.
+        let wider = |mask: &[f32]| {
+            let heard: f32 = mask.iter().sum();
+            (mask.len() as f64 / f64::from(heard.max(1.0))).sqrt()
+        };
         // Forget gates near 0.88: a memory of about eight ticks.
         let mut bias = vec![0.0f32; 3 * hidden];
         bias[2 * hidden..].fill(2.0);
@@ -162,8 +218,8 @@ impl Predictor {
         };
         let modes = 2 * springs;
         Self {
-            encoder: random(motion, encoding, encoding, 1.0),
-            drive: random(motion + encoding, springs, springs, 1.0),
+            encoder: random(motion, encoding, encoding, wider(&masks.encoder)),
+            drive: random(motion + encoding, springs, springs, wider(&masks.drive)),
             poles: random(conditions + encoding, modes, springs, 0.2),
             poles_bias: vector(first_poles(springs)),
             mode_scale: random(conditions, modes, springs, 0.3),
@@ -174,6 +230,7 @@ impl Predictor {
             bias: vector(bias),
             from_hidden: random(hidden, 3 * hidden, hidden, 1.0),
             readout: random(modes + hidden + encoding, latent, latent, 0.5),
+            masks,
         }
     }
 
@@ -196,7 +253,30 @@ impl Predictor {
 
     /// Number of trained weights.
     pub fn weight_count(&self) -> usize {
-        self.num_params()
+        let masks = &self.masks;
+        let masks = [&masks.encoder, &masks.drive, &masks.poles, &masks.readout];
+        let silent = masks.into_iter().flatten().filter(|one| **one == 0.0);
+        self.num_params() - silent.count()
+    }
+
+    /// E, with zeros where a unit does not hear a feature.
+    pub fn local_encoder(&self) -> Tensor<2> {
+        masked(&self.encoder, &self.masks.encoder)
+    }
+
+    /// U, with zeros where a spring does not hear what drives it.
+    pub fn local_drive(&self) -> Tensor<2> {
+        masked(&self.drive, &self.masks.drive)
+    }
+
+    /// K and D, with zeros where a spring does not hear an encoding.
+    pub fn local_poles(&self) -> Tensor<2> {
+        masked(&self.poles, &self.masks.poles)
+    }
+
+    /// R, with zeros where a latent does not hear a spring or an encoding.
+    pub fn local_readout(&self) -> Tensor<2> {
+        masked(&self.readout, &self.masks.readout)
     }
 
     /// The state at rest of a number of lanes.
@@ -218,12 +298,12 @@ impl Predictor {
     /// Gives `[frames · lanes, latent]`, time-major.
     pub fn forward(&self, window: &Window, state: PredictorState) -> (Tensor<2>, PredictorState) {
         let motion = window.motion.clone();
-        let encoding = motion.clone().matmul(self.encoder.val()).tanh();
+        let encoding = motion.clone().matmul(self.local_encoder()).tanh();
         let (modes, position, velocity) = self.swing(window, motion, &encoding, &state);
         let code = Tensor::cat(vec![modes.clone(), encoding.clone()], 1);
         let code = code.matmul(self.code.val()).tanh();
         let (outputs, hidden, cell) = self.remember(window, code, &state);
-        let latents = Tensor::cat(vec![modes, outputs, encoding], 1).matmul(self.readout.val());
+        let latents = Tensor::cat(vec![modes, outputs, encoding], 1).matmul(self.local_readout());
         let state = PredictorState {
             position,
             velocity,
@@ -244,11 +324,11 @@ impl Predictor {
         let springs = self.sizes().springs;
         let condition = &window.condition;
         let poles = Tensor::cat(vec![condition.clone(), encoding.clone()], 1);
-        let poles = poles.matmul(self.poles.val()) + self.poles_bias.val().unsqueeze::<2>();
+        let poles = poles.matmul(self.local_poles()) + self.poles_bias.val().unsqueeze::<2>();
         let poles = activation::sigmoid(poles);
         let stiffness = poles.clone().narrow(1, 0, springs) * 2.0;
         let retained = 1.0 - poles.narrow(1, springs, springs);
-        let drive = Tensor::cat(vec![motion, encoding.clone()], 1).matmul(self.drive.val());
+        let drive = Tensor::cat(vec![motion, encoding.clone()], 1).matmul(self.local_drive());
         let pull = stiffness.clone() * drive;
 
         let mut position = state.position.clone();

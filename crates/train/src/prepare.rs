@@ -11,6 +11,7 @@ use crate::blocks::{BlockBasis, partition};
 use crate::config::TrainConfig;
 use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
 use crate::lanes::Sequence;
+use crate::locality::Locality;
 use crate::mirror::Mirror;
 use crate::normaliser::Normaliser;
 use crate::split::Set;
@@ -65,6 +66,11 @@ pub fn prepare(
     let basis = BlockBasis::fit(&sample, blocks, config.components, config.seed)?;
     drop(sample);
 
+    let locality = if config.local {
+        Locality::of_body(model, &data_set.vertices, &basis, KIND)
+    } else {
+        Locality::everywhere(KIND.motion_count(), basis.components())
+    };
     let mut raw = Vec::new();
     let mut done = training;
     for set in [Set::Training, Set::Validation] {
@@ -88,7 +94,7 @@ pub fn prepare(
             progress(done, all);
         }
     }
-    Ok(normalised(raw, basis, model))
+    Ok(normalised(raw, basis, model, locality))
 }
 
 /// A clip before scaling.
@@ -98,7 +104,12 @@ struct RawSequence {
     set: Set,
 }
 
-fn normalised(raw: Vec<RawSequence>, basis: BlockBasis, model: &BodyModel) -> Prepared {
+fn normalised(
+    raw: Vec<RawSequence>,
+    basis: BlockBasis,
+    model: &BodyModel,
+    locality: Locality,
+) -> Prepared {
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let normaliser = Normaliser::fit(
         KIND,
@@ -110,6 +121,7 @@ fn normalised(raw: Vec<RawSequence>, basis: BlockBasis, model: &BodyModel) -> Pr
         validation: Vec::new(),
         deviation_m: basis.deviation_m.clone(),
         blocks: basis.blocks.iter().map(BlockSize::of).collect(),
+        locality,
         motion: KIND.motion_count(),
         conditions: KIND.condition_count(),
     };

@@ -12,6 +12,7 @@ use crate::blocks::Block;
 use crate::checkpoint::{Checkpoint, EpochRecord};
 use crate::config::TrainConfig;
 use crate::lanes::{Batch, Lanes, Sequence};
+use crate::locality::Locality;
 use crate::predictor::{Predictor, PredictorSizes};
 
 /// Rounds the corner of the loss at zero error, in millimetres: below it frames count as done.
@@ -33,6 +34,8 @@ pub struct PredictorData {
     pub deviation_m: Vec<f32>,
     /// The blocks that the latents belong to, in order.
     pub blocks: Vec<BlockSize>,
+    /// Which blocks feel which features.
+    pub locality: Locality,
     /// Motion features a frame.
     pub motion: usize,
     /// Features of the body.
@@ -85,7 +88,7 @@ pub fn train(
         hidden: config.hidden,
         latent: data.deviation_m.len(),
     };
-    let mut model = Predictor::new(sizes, &device);
+    let mut model = Predictor::new(sizes, &data.locality, &device);
     let mut optimizer = AdamWConfig::new()
         .with_weight_decay(config.weight_decay)
         .with_epsilon(1e-8)
@@ -128,7 +131,7 @@ pub fn train(
             got: "0".into(),
             expected: "1 or more".into(),
         })?;
-    let model = checkpoint.load_best(Predictor::new(sizes, &Device::flex()))?;
+    let model = checkpoint.load_best(Predictor::new(sizes, &data.locality, &Device::flex()))?;
     Ok((model, best))
 }
 

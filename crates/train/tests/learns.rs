@@ -2,7 +2,7 @@
 
 use dynaskin_body::SHAPE_COUNT;
 use dynaskin_train::{
-    BlockSize, Checkpoint, PredictorData, Sequence, TrainConfig, TrainError, train,
+    BlockSize, Checkpoint, Locality, PredictorData, Sequence, TrainConfig, TrainError, train,
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -63,6 +63,7 @@ fn data() -> PredictorData {
             latents: LATENT,
             vertices: 100,
         }],
+        locality: Locality::everywhere(MOTION, LATENT),
         motion: MOTION,
         conditions: SHAPE_COUNT,
     }

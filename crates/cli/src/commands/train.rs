@@ -79,6 +79,9 @@ pub struct TrainArgs {
     /// The body is in another folder already: do not write it.
     #[arg(long)]
     without_body: bool,
+    /// Let every spring hear every joint.
+    #[arg(long)]
+    global: bool,
     /// Do not learn from mirror images.
     #[arg(long)]
     no_mirror: bool,
@@ -121,6 +124,7 @@ impl TrainArgs {
             lanes: self.lanes,
             learning_rate: self.learning_rate,
             weight_decay: self.weight_decay,
+            local: !self.global,
             mirror: !self.no_mirror,
             ..TrainConfig::default()
         }

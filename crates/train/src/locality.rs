@@ -1,0 +1,139 @@
+//! Which part of the predictor works for which part of the body.
+//!
+//! Tissue feels the motion of the bone that carries it, so the springs of a block are driven by the
+//! features of its own joints only, and only they are read out for it. A predictor whose springs
+//! may listen to every joint learns chance correlations of its training motions (the hands of a
+//! boxer and her calves) that do not hold for others. What acts across blocks (a thigh that pulls at
+//! the buttock, an arm against the chest) goes through the LSTM, which hears and serves all.
+
+use dynaskin_body::{BodyModel, JOINT_COUNT, Joint};
+use dynaskin_runtime::features::{FeatureKind, INERTIAL_JOINTS, ROTATION_JOINTS};
+
+use crate::blocks::BlockBasis;
+
+/// A joint carries a block if it has this share of its skin weights.
+const CARRIER_SHARE: f32 = 0.015;
+
+/// The blocks of a predictor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Locality {
+    /// For each block, which of the motion features it feels.
+    pub felt: Vec<Vec<bool>>,
+    /// For each block, its number of latents.
+    pub latents: Vec<usize>,
+}
+
+impl Locality {
+    /// One block that feels everything.
+    pub fn everywhere(motion: usize, latents: usize) -> Self {
+        Self {
+            felt: vec![vec![true; motion]],
+            latents: vec![latents],
+        }
+    }
+
+    /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block feels the
+    /// joints that carry its skin and the parents of these.
+    pub fn of_body(
+        model: &BodyModel,
+        vertices: &[u32],
+        basis: &BlockBasis,
+        kind: FeatureKind,
+    ) -> Self {
+        let felt = basis.blocks.iter().map(|block| {
+            let mut weights = [0.0; JOINT_COUNT];
+            for slot in &block.slots {
+                let skin = &model.skin[vertices[*slot] as usize];
+                for (joint, weight) in skin.joints.iter().zip(skin.weights) {
+                    weights[usize::from(*joint)] += weight;
+                }
+            }
+            let all: f32 = weights.iter().sum();
+            let mut felt = [false; JOINT_COUNT];
+            for joint in Joint::ALL {
+                if weights[joint as usize] > CARRIER_SHARE * all {
+                    felt[joint as usize] = true;
+                    if let Some(parent) = joint.parent() {
+                        felt[parent as usize] = true;
+                    }
+                }
+            }
+            features_of_joints(&felt, kind)
+        });
+        Self {
+            felt: felt.collect(),
+            latents: basis.blocks.iter().map(|b| b.basis.components()).collect(),
+        }
+    }
+
+    /// The block of each latent.
+    pub fn latent_blocks(&self) -> Vec<usize> {
+        let blocks = self.latents.iter().enumerate();
+        blocks
+            .flat_map(|(block, latents)| std::iter::repeat_n(block, *latents))
+            .collect()
+    }
+
+    /// The block of each of `units` units, shared out in proportion to the latents.
+    pub fn unit_blocks(&self, units: usize) -> Vec<usize> {
+        let blocks = self.latent_blocks();
+        (0..units)
+            .map(|unit| blocks[unit * blocks.len() / units])
+            .collect()
+    }
+}
+
+/// Which features of the inertial kinds are about the given joints.
+fn features_of_joints(joints: &[bool; JOINT_COUNT], kind: FeatureKind) -> Vec<bool> {
+    let inertial = INERTIAL_JOINTS.into_iter().map(|joint| (joint, 9));
+    let rotations = ROTATION_JOINTS.into_iter().map(|joint| (joint, 6));
+    let felt: Vec<bool> = inertial
+        .chain(rotations)
+        .flat_map(|(joint, count)| std::iter::repeat_n(joints[joint as usize], count))
+        .collect();
+    debug_assert_eq!(felt.len(), kind.motion_count());
+    felt
+}
+
+/// A matrix `[rows][columns]` of 1 where the units of row and column belong to one block, flat.
+pub(crate) fn same_block(rows: &[usize], columns: &[usize]) -> Vec<f32> {
+    let matches = |row: &usize| {
+        let row = *row;
+        columns
+            .iter()
+            .map(move |column| f32::from(u8::from(row == *column)))
+    };
+    rows.iter().flat_map(matches).collect()
+}
+
+impl Locality {
+    /// A matrix `[motion][units]` of 1 where the unit's block feels the feature, flat.
+    pub(crate) fn feeling(&self, units: &[usize]) -> Vec<f32> {
+        let motion = self.felt.first().map_or(0, Vec::len);
+        let felt = |feature: usize| {
+            units
+                .iter()
+                .map(move |block| f32::from(u8::from(self.felt[*block][feature])))
+        };
+        (0..motion).flat_map(felt).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_shared_out_in_proportion() {
+        let locality = Locality {
+            felt: vec![vec![true, false], vec![false, true]],
+            latents: vec![1, 3],
+        };
+        assert_eq!(locality.unit_blocks(8), [0, 0, 1, 1, 1, 1, 1, 1]);
+        assert_eq!(locality.feeling(&[0, 1, 1]), [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
+        assert_eq!(
+            same_block(&[0, 1], &[1, 1, 0]),
+            [0.0, 0.0, 1.0, 1.0, 1.0, 0.0]
+        );
+    }
+}
