@@ -199,6 +199,27 @@ impl Graph {
         self.apply("Relu", &[x], x.shape.clone(), Vec::new())
     }
 
+    /// Exponential function, element by element.
+    pub fn exp(&mut self, x: &Value) -> Value {
+        self.apply("Exp", &[x], x.shape.clone(), Vec::new())
+    }
+
+    /// `x` with its axes in another order: axis `i` of the result is axis `order[i]` of `x`.
+    ///
+    /// # Errors
+    /// [`WriteError::Shape`] where `order` is no permutation of the axes.
+    pub fn transpose(&mut self, x: &Value, order: &[usize]) -> Result<Value, WriteError> {
+        let mut sorted = order.to_vec();
+        sorted.sort_unstable();
+        if !sorted.into_iter().eq(0..x.shape.len()) {
+            let expected = format!("as many axes as {order:?} puts in order");
+            return Err(mismatch("Transpose", &expected, &[x]));
+        }
+        let shape = order.iter().map(|&axis| x.shape[axis]).collect();
+        let order = proto::ints_attribute("perm", order);
+        Ok(self.apply("Transpose", &[x], shape, vec![order]))
+    }
+
     /// `parts` joined along `axis`.
     ///
     /// # Errors
@@ -314,7 +335,7 @@ impl Graph {
     }
 
     /// Adds an operation with one result.
-    fn apply(
+    pub(crate) fn apply(
         &mut self,
         op: &str,
         inputs: &[&Value],
@@ -373,7 +394,7 @@ fn value(name: &str, shape: &[usize]) -> Value {
     }
 }
 
-fn mismatch(op: &'static str, expected: &str, operands: &[&Value]) -> WriteError {
+pub(crate) fn mismatch(op: &'static str, expected: &str, operands: &[&Value]) -> WriteError {
     WriteError::Shape {
         op,
         expected: format!("expected {expected}"),

@@ -21,10 +21,12 @@
 //! ```
 
 mod cells;
+mod convolutions;
 mod error;
 mod graph;
 mod proto;
 
 pub use cells::{GruWeights, LstmWeights};
+pub use convolutions::Steps;
 pub use error::WriteError;
 pub use graph::{Graph, Precision, Value};

@@ -65,3 +65,12 @@ pub(crate) fn int_attribute(name: &str, number: i64) -> pb::AttributeProto {
         ..Default::default()
     }
 }
+
+pub(crate) fn ints_attribute(name: &str, numbers: &[usize]) -> pb::AttributeProto {
+    pb::AttributeProto {
+        name: name.to_owned(),
+        r#type: AttributeType::Ints as i32,
+        ints: numbers.iter().map(|&number| number as i64).collect(),
+        ..Default::default()
+    }
+}

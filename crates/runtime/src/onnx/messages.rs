@@ -63,7 +63,7 @@ pub(super) struct NodeMessage {
     pub domain: String,
 }
 
-/// `AttributeProto`, with the two kinds of value that the operators have.
+/// `AttributeProto`, with the three kinds of value that the operators have.
 #[derive(Clone, PartialEq, Message)]
 pub(super) struct Attribute {
     #[prost(string, tag = "1")]
@@ -72,6 +72,8 @@ pub(super) struct Attribute {
     pub f: f32,
     #[prost(int64, tag = "3")]
     pub i: i64,
+    #[prost(int64, repeated, tag = "8")]
+    pub ints: Vec<i64>,
 }
 
 /// `TensorProto`.

@@ -3,7 +3,7 @@
 use tract_core::axes::AxesMapping;
 use tract_core::internal::{AxisOp, TDim, TypedOp};
 use tract_core::ops::array::{Gather, Slice, TypedConcat};
-use tract_core::ops::change_axes::wire_with_rank_broadcast;
+use tract_core::ops::change_axes::{perm_to_ops, wire_with_rank_broadcast};
 use tract_core::ops::einsum::EinSum;
 use tract_core::ops::{math, nn};
 use tract_core::prelude::*;
@@ -15,22 +15,22 @@ use super::translate::{Known, Translation};
 use crate::RuntimeError;
 
 /// The operators there are, for messages.
-const SUPPORTED: &str = "Add, Cast, Concat, Gather, Gemm, Identity, MatMul, Mul, Relu, Reshape, \
-                         Sigmoid, Split, Sub and Tanh";
+const SUPPORTED: &str = "Add, Cast, Concat, Conv, ConvTranspose, Exp, Gather, Gemm, Identity, \
+                         MatMul, Mul, Relu, Reshape, Sigmoid, Split, Sub, Tanh and Transpose";
 
 /// One node on its way into the tract model.
-struct Node<'a> {
-    translation: &'a mut Translation,
-    proto: &'a NodeMessage,
+pub(super) struct Node<'a> {
+    pub translation: &'a mut Translation,
+    pub proto: &'a NodeMessage,
     /// Unique name of the node in the tract model and in messages.
-    place: String,
+    pub place: String,
 }
 
 /// A wired single-precision value.
 #[derive(Clone, Debug)]
-struct Wire {
-    outlet: OutletId,
-    shape: Vec<usize>,
+pub(super) struct Wire {
+    pub outlet: OutletId,
+    pub shape: Vec<usize>,
 }
 
 /// Adds the graph's node number `index`.
@@ -51,6 +51,7 @@ pub(super) fn wire(
         "Mul" if official => node.elementwise(math::mul()),
         "Sigmoid" if official => node.unary(nn::sigmoid()),
         "Tanh" if official => node.unary(math::tanh()),
+        "Exp" if official => node.unary(math::exp()),
         "Relu" if official => node.relu(),
         "Identity" if official => node.identity(),
         "Cast" if official => node.cast(),
@@ -60,6 +61,9 @@ pub(super) fn wire(
         "Gather" if official => node.gather(),
         "Split" if official => node.split(),
         "Reshape" if official => node.reshape(),
+        "Transpose" if official => node.transpose(),
+        "Conv" if official => node.conv(),
+        "ConvTranspose" if official => node.conv_transpose(),
         _ => Err(RuntimeError::UnknownOperator {
             network: node.translation.network,
             node: proto.name.clone(),
@@ -283,6 +287,33 @@ impl Node<'_> {
         self.push(op, &[x.outlet], shape)
     }
 
+    /// Axes in another order; the first stays, because it counts avatars.
+    fn transpose(&mut self) -> Result<(), RuntimeError> {
+        self.attributes(&["perm"])?;
+        self.arity(1, 1)?;
+        let x = self.input(0)?;
+        let order = self.attribute("perm").map_or(&[][..], |a| &a.ints);
+        let mut sorted = order.to_vec();
+        sorted.sort_unstable();
+        let every_axis = sorted.iter().copied().eq(0..x.shape.len() as i64);
+        if !every_axis || order.first() != Some(&0) {
+            let problem = format!(
+                "its perm is {order:?}, expected the {} axes of its input with 0 first",
+                x.shape.len()
+            );
+            return Err(self.problem(problem));
+        }
+        let order: Vec<usize> = order.iter().map(|&axis| axis as usize).collect();
+        let shape = order.iter().map(|&axis| x.shape[axis]).collect();
+        let mut outlet = x.outlet;
+        for (index, op) in perm_to_ops(&order).into_iter().enumerate() {
+            let name = format!("{}.{index}", self.place);
+            let moved = self.translation.model.wire_node(name, op, &[outlet]);
+            outlet = moved.map_err(|error| self.translation.refused(&error))?[0];
+        }
+        self.finish(Ok(tvec!(outlet)), shape)
+    }
+
     /// Wires the matrix product of `a` [N, K] and `b` [K, M] ([M, K] where `transposed`).
     fn product(
         &mut self,
@@ -314,7 +345,7 @@ impl Node<'_> {
     }
 
     /// Adds `op` under the node's name and names its result.
-    fn push(
+    pub fn push(
         &mut self,
         op: impl Into<Box<dyn TypedOp>>,
         inputs: &[OutletId],
@@ -342,7 +373,7 @@ impl Node<'_> {
     }
 
     /// Refuses other numbers of inputs and outputs, and outputs without a name.
-    fn arity(&self, inputs: usize, outputs: usize) -> Result<(), RuntimeError> {
+    pub fn arity(&self, inputs: usize, outputs: usize) -> Result<(), RuntimeError> {
         let got = (self.proto.input.len(), self.proto.output.len());
         if got != (inputs, outputs) {
             let problem = format!(
@@ -363,7 +394,7 @@ impl Node<'_> {
         self.translation.value(&self.place, name)
     }
 
-    fn input(&self, index: usize) -> Result<Wire, RuntimeError> {
+    pub fn input(&self, index: usize) -> Result<Wire, RuntimeError> {
         match self.known_input(index)? {
             Known::Wire { outlet, shape } => Ok(Wire {
                 outlet: *outlet,
@@ -383,12 +414,12 @@ impl Node<'_> {
         }
     }
 
-    fn attribute(&self, name: &str) -> Option<&Attribute> {
+    pub fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.proto.attribute.iter().find(|a| a.name == name)
     }
 
     /// Refuses attributes outside `known`: they would change what the node means.
-    fn attributes(&self, known: &[&str]) -> Result<(), RuntimeError> {
+    pub fn attributes(&self, known: &[&str]) -> Result<(), RuntimeError> {
         match self
             .proto
             .attribute
@@ -400,7 +431,7 @@ impl Node<'_> {
         }
     }
 
-    fn integer(&self, name: &str, default: i64) -> Result<i64, RuntimeError> {
+    pub fn integer(&self, name: &str, default: i64) -> Result<i64, RuntimeError> {
         Ok(self
             .attribute(name)
             .map_or(default, |attribute| attribute.i))
@@ -440,7 +471,7 @@ impl Node<'_> {
             .collect()
     }
 
-    fn problem(&self, problem: impl Into<String>) -> RuntimeError {
+    pub fn problem(&self, problem: impl Into<String>) -> RuntimeError {
         let place = format!("node {} `{}`", self.place, self.proto.name);
         invalid(self.translation.network, place, problem)
     }

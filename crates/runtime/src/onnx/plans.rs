@@ -238,6 +238,7 @@ fn failed(network: Network, error: &TractError) -> RuntimeError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dynaskin_onnx_writer::{Graph, Precision, Steps, WriteError};
 
     /// The networks of a shipped model.
     fn shipped(network: Network) -> Plans {
@@ -253,6 +254,52 @@ mod tests {
         for network in [Network::Predictor, Network::Decoder] {
             assert!(shipped(network).batched().is_some(), "{network}");
         }
+    }
+
+    #[test]
+    fn convolutions_can_be_batched() {
+        let plans = || -> anyhow::Result<Plans> {
+            let onnx_bytes = convolutional_decoder()?;
+            let graph = read(Network::Decoder, &onnx_bytes, 1)?;
+            Ok(Plans::new(Network::Decoder, &onnx_bytes, graph)?)
+        };
+        let plans = plans().expect("a network that runs");
+        assert!(plans.batched().is_some());
+    }
+
+    /// Four numbers to eleven vertices through every operator that DSNet's decoder has.
+    fn convolutional_decoder() -> Result<Vec<u8>, WriteError> {
+        let mut graph = Graph::new("decoder");
+        let weights = |graph: &mut Graph, name: &str, shape: &[usize]| {
+            let count: usize = shape.iter().product();
+            let numbers: Vec<f32> = (0..count).map(|i| (i as f32 * 1.7).sin()).collect();
+            graph.weights(name, shape, &numbers, Precision::Half)
+        };
+        let latent = graph.input("latent", &[1, 4])?;
+        let dense = weights(&mut graph, "dense", &[4, 18])?;
+        let up = weights(&mut graph, "up", &[3, 2, 5])?;
+        let up_bias = weights(&mut graph, "up bias", &[2])?;
+        let out = weights(&mut graph, "out", &[3, 2, 1])?;
+        let out_bias = weights(&mut graph, "out bias", &[3])?;
+        let x = graph.matmul(&latent, &dense)?;
+        let x = graph.reshape(&x, &[1, 3, 6])?;
+        let steps = Steps {
+            stride: 2,
+            padding: 2,
+            output_padding: 0,
+        };
+        let x = graph.conv_transpose1d(&x, &up, &up_bias, steps)?;
+        let x = graph.relu(&x);
+        let steps = Steps {
+            stride: 1,
+            padding: 0,
+            output_padding: 0,
+        };
+        let x = graph.conv1d(&x, &out, &out_bias, steps)?;
+        let x = graph.exp(&x);
+        let offsets = graph.transpose(&x, &[0, 2, 1])?;
+        graph.output("offsets", &offsets)?;
+        Ok(graph.into_bytes())
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::invalid;
 use super::messages::{EXTERNAL, FLOAT, FLOAT16, GraphMessage, INT64, Model, TensorMessage};
 use crate::{Network, RuntimeError};
 
-/// Operator sets whose definitions of the thirteen operators are the ones implemented: from 13 on
+/// Operator sets whose definitions of the operators are the ones implemented: from 13 on
 /// `Split` takes its lengths as an input; 23 was the newest when this was written.
 const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 13..=23;
 
