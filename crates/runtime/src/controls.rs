@@ -209,3 +209,46 @@ pub(crate) fn in_range(
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turned(stiffness: f32, damping: f32) -> Controls {
+        let mut controls = Controls::default();
+        (controls.regions[1].stiffness, controls.regions[1].damping) = (stiffness, damping);
+        controls
+    }
+
+    #[test]
+    fn what_the_networks_learned_is_left_to_them() {
+        let kind = FeatureKind::InertialMaterials;
+        let shares = turned(2.0, 1.2).shares(kind);
+        assert!(shares.are_predicted());
+        assert_eq!(shares.materials.stiffness[1], 2.0);
+        // The same decay at 1.41 times the frequency is a smaller damping ratio.
+        assert_eq!(shares.materials.damping[1], 1.2 / 2.0_f32.sqrt());
+        assert_eq!(shares.materials.stiffness[0], 1.0);
+        assert!(
+            !turned(2.0, 1.2)
+                .shares(FeatureKind::Inertial)
+                .are_predicted()
+        );
+    }
+
+    #[test]
+    fn what_is_beyond_is_left_to_the_filters_and_nothing_is_lost() {
+        for (stiffness, damping) in [(8.0, 1.0), (0.1, 10.0), (1.0, 0.1)] {
+            let shares = turned(stiffness, damping).shares(FeatureKind::InertialMaterials);
+            let (material, left) = (shares.materials, shares.left[1]);
+            assert!(Materials::LEARNED_STIFFNESS.contains(&material.stiffness[1]));
+            assert!(Materials::LEARNED_DAMPING.contains(&material.damping[1]));
+            assert!(!shares.are_predicted());
+            let whole = material.stiffness[1] * left.stiffness;
+            assert!((whole / stiffness - 1.0).abs() < 1e-6, "{whole}");
+            // Decay goes with the damping ratio times the frequency.
+            let decay = material.damping[1] * material.stiffness[1].sqrt() * left.damping;
+            assert!((decay / damping - 1.0).abs() < 1e-6, "{decay}");
+        }
+    }
+}

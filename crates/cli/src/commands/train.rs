@@ -177,14 +177,13 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     })?;
 
     let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
-    let validation_frames = prepared.data.validation.iter().map(|s| s.frames).sum();
     let minutes = checkpoint.seconds()? / 60.0;
-    let facts = TrainingFacts {
-        validation_frames,
-        minutes,
-        seed: config.seed,
-        ..facts(args.method, &data_set, &networks, split)
-    };
+    let facts = facts(
+        &data_set,
+        &networks,
+        split,
+        (args.method, config.seed, minutes),
+    );
     let parts = BundleParts {
         name: &body.name,
         body_glb: &body_glb,
@@ -282,7 +281,13 @@ fn measure(player: &mut Player, data_set: &DataSet, body: &BodyModel) -> anyhow:
     Ok(report)
 }
 
-fn facts(method: Method, data_set: &DataSet, networks: &Networks, split: Split) -> TrainingFacts {
+/// What a bundle tells of its training; the last three are of the run.
+fn facts(
+    data_set: &DataSet,
+    networks: &Networks,
+    split: Split,
+    (method, seed, minutes): (Method, u64, f64),
+) -> TrainingFacts {
     let tissue = Tissue::known_to(networks.feature_kind);
     let training = || data_set.of_set(Set::Training, tissue);
     let captured = training()
@@ -314,7 +319,7 @@ fn facts(method: Method, data_set: &DataSet, networks: &Networks, split: Split) 
              {varied} of them with tissue of other stiffness and damping.",
             shapes.len()
         ),
-        seed: 0,
+        seed,
         clips: training().count(),
         frames: training().map(|clip| clip.frames).sum(),
         validation_frames: data_set
@@ -324,7 +329,7 @@ fn facts(method: Method, data_set: &DataSet, networks: &Networks, split: Split) 
         vertices: data_set.vertices.len(),
         parameters: networks.parameters,
         best_epoch: networks.best_epoch,
-        minutes: 0.0,
+        minutes,
         config: networks.config.clone(),
         split,
         simulator: simulator(&data_set.sim_json),

@@ -1,8 +1,8 @@
 //! From the bytes of an ONNX file to something that runs.
 //!
 //! tract's own ONNX front end registers every operator it has, builds an untyped model first, and
-//! panics on some malformed files. The networks of the contract need less than twenty operators, so this
-//! module checks a graph value by value, with its own shape inference, and wires tract's core
+//! panics on some malformed files. The networks of the contract need fewer than twenty operators, so
+//! this module checks a graph value by value, with its own shape inference, and wires tract's core
 //! operators directly: malformed files become typed errors, and the linker drops the rest of the
 //! front end from the wasm file.
 
