@@ -39,7 +39,9 @@ pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};
 pub use export::{decoder_onnx, predictor_onnx};
 pub use lanes::Sequence;
 pub use locality::Locality;
-pub use methods::{Method, Networks, TrainingInput};
+pub use methods::{
+    DmplConfig, Method, Networks, SpringBonesConfig, TrainingInput, train_dmpl, train_spring_bones,
+};
 pub use mirror::Mirror;
 pub use normaliser::Normaliser;
 pub use pca::Basis;

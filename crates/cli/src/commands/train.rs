@@ -11,9 +11,10 @@ use dynaskin_body::BodyModel;
 use dynaskin_runtime::features::FeatureKind;
 use dynaskin_runtime::{Bundle, BundleFile};
 use dynaskin_train::{
-    BundleParts, Checkpoint, DataSet, EpochRecord, Method, Networks, Player, Precision, Predictor,
-    Prepared, Report, Set, Split, Tissue, TrainConfig, TrainingFacts, decoder_onnx, evaluate,
-    predictor_onnx, prepare, train, write_bundle,
+    BundleParts, Checkpoint, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Precision,
+    Predictor, Prepared, Report, Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError,
+    TrainingFacts, TrainingInput, decoder_onnx, evaluate, predictor_onnx, prepare, train,
+    train_dmpl, train_spring_bones, write_bundle,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -133,11 +134,6 @@ impl TrainArgs {
 
 /// Runs `dynaskin train`.
 pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
-    if args.method != Method::Dynaskin {
-        bail!("{} cannot be trained yet", args.method.label());
-    }
-    let config = args.config();
-    config.check()?;
     let split = match &args.split {
         Some(path) => Split::read(path)?,
         None => Split::default(),
@@ -147,42 +143,31 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     let data_set = DataSet::open(&args.data, &body_sha256, &split)?;
     say(&listing(&data_set));
 
-    let folder = args.checkpoint.clone();
-    let folder = folder.unwrap_or_else(|| args.out.join("checkpoint"));
-    let checkpoint = Checkpoint::new(&folder)?;
-    if checkpoint.holds_run() && !args.resume && !args.restart {
-        bail!(
-            "{} holds an earlier run: --resume goes on with it, --restart forgets it",
-            folder.display()
-        );
-    }
+    let input = TrainingInput {
+        data_set: &data_set,
+        body: &body,
+        seed: args.seed,
+    };
+    let (networks, minutes) = match args.method {
+        Method::Dynaskin => train_dynaskin(args, input)?,
+        Method::SpringBones => {
+            timed(|progress| train_spring_bones(input, &SpringBonesConfig::default(), progress))?
+        }
+        Method::Dmpl => {
+            let config = DmplConfig {
+                seed: args.seed,
+                components: args.components,
+                mirror: !args.no_mirror,
+                ..DmplConfig::default()
+            };
+            timed(|progress| train_dmpl(input, &config, progress))?
+        }
+        other => bail!("{} cannot be trained yet", other.label()),
+    };
 
-    let bar = clip_bar("reading clips");
-    let prepared = prepare(&data_set, &body, &config, |done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-    })?;
-    bar.finish_and_clear();
-
-    let start = Instant::now();
-    let mut epochs_seen = 0;
-    let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
-        epochs_seen += 1;
-        say(&epoch_line(
-            epoch,
-            config.epochs,
-            epochs_seen,
-            start.elapsed(),
-        ));
-    })?;
-
-    let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
-    let validation_frames = prepared.data.validation.iter().map(|s| s.frames).sum();
-    let minutes = checkpoint.seconds()? / 60.0;
     let facts = TrainingFacts {
-        validation_frames,
         minutes,
-        seed: config.seed,
+        seed: args.seed,
         ..facts(args.method, &data_set, &networks, split)
     };
     let parts = BundleParts {
@@ -203,6 +188,56 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     say(&summary(&report));
     say(&format!("bundle written to {}", args.out.display()));
     Ok(())
+}
+
+/// Training without epochs, shown as a bar over the clips; gives the minutes it took, too.
+fn timed(
+    train: impl FnOnce(&mut dyn FnMut(usize, usize)) -> Result<Networks, TrainError>,
+) -> anyhow::Result<(Networks, f64)> {
+    let start = Instant::now();
+    let bar = clip_bar("reading clips");
+    let networks = train(&mut |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    Ok((networks, start.elapsed().as_secs_f64() / 60.0))
+}
+
+/// Trains our networks; gives the minutes it took, earlier runs of the checkpoint among them.
+fn train_dynaskin(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
+    let config = args.config();
+    config.check()?;
+    let folder = args.checkpoint.clone();
+    let folder = folder.unwrap_or_else(|| args.out.join("checkpoint"));
+    let checkpoint = Checkpoint::new(&folder)?;
+    if checkpoint.holds_run() && !args.resume && !args.restart {
+        bail!(
+            "{} holds an earlier run: --resume goes on with it, --restart forgets it",
+            folder.display()
+        );
+    }
+
+    let bar = clip_bar("reading clips");
+    let prepared = prepare(input.data_set, input.body, &config, |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+
+    let start = Instant::now();
+    let mut epochs_seen = 0;
+    let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
+        epochs_seen += 1;
+        say(&epoch_line(
+            epoch,
+            config.epochs,
+            epochs_seen,
+            start.elapsed(),
+        ));
+    })?;
+    let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
+    Ok((networks, checkpoint.seconds()? / 60.0))
 }
 
 /// The trained parts as files of the contract.
