@@ -1,6 +1,7 @@
-//! HTML reports of measurements: headings, paragraphs, tables and line plots in one file that needs
-//! nothing else.
+//! HTML reports of measurements: headings, paragraphs, tables, line plots and pictures in one file
+//! that needs nothing else.
 
+mod picture;
 mod plot;
 
 use std::fs;
@@ -8,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+pub use picture::{Picture, Triangle, heat_colour};
 pub use plot::{Curve, Plot};
 
 /// Why a report could not be written.
@@ -18,6 +20,14 @@ pub enum ReportError {
     Plot {
         /// Title of the plot.
         title: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A picture cannot be drawn.
+    #[error("picture \"{caption}\": {reason}")]
+    Picture {
+        /// Its caption.
+        caption: String,
         /// Why not.
         reason: String,
     },
@@ -51,6 +61,12 @@ td.number { text-align: right; }
 tr.marked td { background: #d9770626; }
 figure { margin: 1rem 0; background: #fff; border-radius: 6px; display: inline-block; }
 figure svg { max-width: 100%; height: auto; display: block; }
+.pictures { display: flex; flex-wrap: wrap; gap: 0.75rem; }
+.pictures figure { margin: 0; width: 11rem; flex: none; color: #222; }
+.pictures img { width: 100%; height: auto; display: block; }
+figcaption { padding: 0.25rem 0.5rem 0.5rem; font-size: 0.85rem; line-height: 1.3; }
+.scale { display: flex; align-items: center; gap: 0.5rem; font-size: 0.85rem; margin: 0.75rem 0; }
+.scale span.bar { width: 12rem; height: 0.9rem; border-radius: 3px; }
 ";
 
 impl Report {
@@ -99,6 +115,37 @@ impl Report {
         self.parts
             .push(html! { figure role="img" aria-label=(plot.title) { (PreEscaped(svg)) } });
         Ok(())
+    }
+
+    /// Adds pictures side by side, each with a caption.
+    ///
+    /// # Errors
+    /// [`ReportError::Picture`] for one that cannot be drawn.
+    pub fn pictures(&mut self, pictures: &[(String, Picture)]) -> Result<(), ReportError> {
+        let mut drawn = Vec::new();
+        for (caption, picture) in pictures {
+            drawn.push((caption, picture.data_uri(caption)?));
+        }
+        self.parts.push(html! {
+            div.pictures { @for (caption, uri) in &drawn {
+                figure { img src=(uri) alt=(caption); figcaption { (caption) } }
+            } }
+        });
+        Ok(())
+    }
+
+    /// Adds the legend of the colours of [`heat_colour`]: what 0 and 1 stand for.
+    pub fn heat_scale(&mut self, low: &str, high: &str) {
+        let stops: Vec<String> = (0..=8)
+            .map(|stop| {
+                let [r, g, b] = heat_colour(f64::from(stop) / 8.0);
+                format!("rgb({r},{g},{b})")
+            })
+            .collect();
+        let style = format!("background:linear-gradient(to right,{})", stops.join(","));
+        self.parts.push(html! {
+            div.scale { (low) span.bar style=(style) {} (high) }
+        });
     }
 
     /// The page.

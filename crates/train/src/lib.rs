@@ -25,6 +25,7 @@ mod player;
 mod predictor;
 mod prepare;
 mod split;
+pub mod study;
 mod trainer;
 
 pub use blocks::{Block, BlockBasis, partition};

@@ -62,9 +62,9 @@ pub struct TrainArgs {
     /// Cells of the LSTM.
     #[arg(long, default_value_t = TrainConfig::default().hidden)]
     hidden: usize,
-    /// Principal components.
-    #[arg(long, default_value_t = TrainConfig::default().components)]
-    components: usize,
+    /// Principal components; as many as the method usually has unless given.
+    #[arg(long)]
+    components: Option<usize>,
     /// Frames a window of back-propagation through time.
     #[arg(long, default_value_t = TrainConfig::default().window)]
     window: usize,
@@ -120,7 +120,7 @@ impl TrainArgs {
             encoding: self.encoding,
             springs: self.springs,
             hidden: self.hidden,
-            components: self.components,
+            components: self.components.unwrap_or(TrainConfig::default().components),
             window: self.window,
             lanes: self.lanes,
             learning_rate: self.learning_rate,
@@ -156,7 +156,7 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
         Method::Dmpl => {
             let config = DmplConfig {
                 seed: args.seed,
-                components: args.components,
+                components: args.components.unwrap_or(DmplConfig::default().components),
                 mirror: !args.no_mirror,
                 ..DmplConfig::default()
             };
@@ -421,8 +421,13 @@ fn summary(report: &Report) -> String {
         for (index, (region, errors)) in std::iter::once(&soft).chain(&set.regions).enumerate() {
             let name = if index == 0 { set.set.name() } else { "" };
             text.push_str(&format!(
-                "\n{name:24} {region:12} {:9.2} {:9.2} {:9.2} {:13.3}",
-                errors.static_mm, errors.error_mm, errors.floor_mm, errors.ratio
+                "\n{name:24} {region:12} {:9.2} {:9.2} {:>9} {:13.3}",
+                errors.static_mm,
+                errors.error_mm,
+                errors
+                    .floor_mm
+                    .map_or("-".to_owned(), |mm| format!("{mm:.2}")),
+                errors.ratio
             ));
         }
     }

@@ -82,14 +82,14 @@ mod tests {
         let (components, inputs) = (3, FeatureKind::Inertial.count());
         let wave = |row: usize, column: usize| ((3 * row + 7 * column) as f64 * 0.61).sin();
         let regression = Regression {
-            first: DMatrix::from_fn(3, 3, |r, c| 0.3 * wave(r, c)),
-            second: DMatrix::from_fn(3, 3, |r, c| -0.2 * wave(c, r + 1)),
+            first: DMatrix::from_fn(3, 3, |r, c| 0.2 * wave(r, c)),
+            second: DMatrix::from_fn(3, 3, |r, c| -0.1 * wave(c, r + 1)),
             control: DMatrix::from_fn(3, inputs, |r, c| 0.1 * wave(r + 2, c)),
             fitted_radius: 1.0,
             pole_scale: 1.0,
         };
         let normaliser = Normaliser {
-            origin: (0..inputs).map(|i| 0.2 * i as f32).collect(),
+            origin: (0..inputs).map(|i| 0.2 * (i % 5) as f32).collect(),
             scale: vec![0.5; inputs],
             motion: FeatureKind::Inertial.motion_count(),
         };
@@ -113,9 +113,12 @@ mod tests {
             for component in 0..3 {
                 let expected = column[component] * f64::from(deviation_m[component]);
                 let error = (f64::from(frame[component]) - expected).abs();
-                assert!(error < 1e-6, "{frame:?} {column}");
+                assert!(
+                    error < 1e-6 + 1e-5 * expected.abs(),
+                    "{frame:?} {expected} {error}"
+                );
             }
         }
-        assert!(got.iter().any(|x| x.abs() > 1e-3), "nothing moved");
+        assert!(got.iter().any(|x| x.abs() > 1e-4), "nothing moved");
     }
 }

@@ -48,7 +48,7 @@ impl Default for DmplConfig {
     fn default() -> Self {
         Self {
             seed: 1,
-            components: 128,
+            components: 100,
             pca_frames: 2400,
             ridges: vec![1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1],
             spectral_radius: 0.99,

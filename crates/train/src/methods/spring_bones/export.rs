@@ -1,6 +1,5 @@
 //! Spring bones as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
 
-use dynaskin_motion::MODEL_RATE_HZ;
 use dynaskin_onnx_writer::{Graph, Precision};
 
 use super::KIND;
@@ -42,7 +41,7 @@ pub(super) fn predictor_onnx(rig: &Rig, springs: &[Spring]) -> Result<Vec<u8>, T
         let numbers: Vec<f32> = springs.iter().flat_map(|s| [of(s) as f32; 3]).collect();
         graph.weights(name, &[axes], &numbers, single)
     };
-    let push = per_axis("push", &|spring| spring.gain / MODEL_RATE_HZ.powi(2))?;
+    let push = per_axis("push", &|spring| spring.gain * spring.ticks().push)?;
     let stiffness = per_axis("stiffness", &|spring| spring.ticks().stiffness)?;
     let retained = per_axis("retained", &|spring| spring.ticks().retained)?;
     let kept = graph.mul(&velocity, &retained)?;
@@ -117,7 +116,7 @@ mod tests {
         let (mut q, mut v) = ([0.0f64; 3], [0.0f64; 3]);
         for (frame, drive) in offsets.chunks_exact(24).zip(drive.chunks_exact(3)) {
             for axis in 0..3 {
-                let push = spring.gain * f64::from(drive[axis]) / MODEL_RATE_HZ.powi(2);
+                let push = spring.gain * ticks.push * f64::from(drive[axis]);
                 v[axis] = ticks.retained * v[axis] - ticks.stiffness * q[axis] - push;
                 q[axis] += v[axis];
                 // All vertices are belly through and through.
