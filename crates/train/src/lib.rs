@@ -33,7 +33,7 @@ pub use bundle::{BundleParts, TrainingFacts, write_bundle};
 pub use card::model_card;
 pub use checkpoint::{Checkpoint, EpochRecord};
 pub use config::TrainConfig;
-pub use data::{ClipEntry, DataSet, Tissue};
+pub use data::{ClipEntry, DataSet, Tissue, motion_features};
 pub use dynaskin_onnx_writer::Precision;
 pub use error::TrainError;
 pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};

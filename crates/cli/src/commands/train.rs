@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_body::BodyModel;
+use dynaskin_runtime::BundleFile;
 use dynaskin_runtime::features::FeatureKind;
-use dynaskin_runtime::{Bundle, BundleFile};
 use dynaskin_train::{
     BundleParts, Checkpoint, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Precision,
     Predictor, Prepared, Report, Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError,
@@ -86,23 +86,6 @@ pub struct TrainArgs {
     /// Do not learn from mirror images.
     #[arg(long)]
     no_mirror: bool,
-}
-
-/// Arguments of `dynaskin evaluate`.
-#[derive(Debug, Args)]
-pub struct EvaluateArgs {
-    /// Folder of the bundle.
-    #[arg(long)]
-    model: PathBuf,
-    /// Folder of clips made by `dynaskin simulate` on the bundle's body.
-    #[arg(long)]
-    data: PathBuf,
-    /// The body GLB, where it is not in the bundle's folder.
-    #[arg(long)]
-    body: Option<PathBuf>,
-    /// What is held out, as JSON; what the bundle was trained without unless given.
-    #[arg(long)]
-    split: Option<PathBuf>,
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -264,42 +247,8 @@ fn dynaskin_networks(
     })
 }
 
-/// Runs `dynaskin evaluate`.
-pub fn run_evaluate(args: &EvaluateArgs) -> anyhow::Result<()> {
-    let (mut player, bundle) = Player::load(&args.model)?;
-    let own = args.model.join(&bundle.body.file);
-    let (body, body_glb) = read_body(args.body.as_ref().unwrap_or(&own))?;
-    bundle.body.verify(&body_glb)?;
-    let split = split_of(args, &bundle)?;
-    let data_set = DataSet::open(&args.data, &bundle.body.sha256, &split)?;
-    if data_set.vertices != bundle.vertices {
-        bail!(
-            "{} has offsets over other vertices than {}: simulate with the settings that the \
-             bundle was trained on",
-            args.data.display(),
-            args.model.display()
-        );
-    }
-    let report = measure(&mut player, &data_set, &body)?;
-    say(&summary(&report));
-    Ok(())
-}
-
-fn split_of(args: &EvaluateArgs, bundle: &Bundle) -> anyhow::Result<Split> {
-    if let Some(path) = &args.split {
-        return Ok(Split::read(path)?);
-    }
-    let stored = bundle.training.get("split").with_context(|| {
-        format!(
-            "{} does not tell what was held out: give --split",
-            args.model.display()
-        )
-    })?;
-    serde_json::from_value(stored.clone())
-        .with_context(|| format!("the split stored in {} is damaged", args.model.display()))
-}
-
-fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
+/// A body and its file.
+pub(super) fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
     let bytes =
         fs::read(path).with_context(|| format!("cannot read the body {}", path.display()))?;
     let body = BodyModel::from_glb(&bytes)
@@ -307,7 +256,12 @@ fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
     Ok((body, bytes))
 }
 
-fn measure(player: &mut Player, data_set: &DataSet, body: &BodyModel) -> anyhow::Result<Report> {
+/// Plays the held-out clips and measures.
+pub(super) fn measure(
+    player: &mut Player,
+    data_set: &DataSet,
+    body: &BodyModel,
+) -> anyhow::Result<Report> {
     let bar = clip_bar("playing held-out clips");
     let report = evaluate(player, data_set, body, |done, all| {
         bar.set_length(all as u64);
@@ -412,7 +366,8 @@ fn epoch_line(epoch: &EpochRecord, epochs: usize, seen: usize, elapsed: Duration
     )
 }
 
-fn summary(report: &Report) -> String {
+/// A report as lines of text.
+pub(super) fn summary(report: &Report) -> String {
     let mut text = String::from(
         "set                      region       static mm  error mm  floor mm  error/static",
     );
@@ -443,7 +398,8 @@ fn summary(report: &Report) -> String {
     text
 }
 
-fn clip_bar(what: &'static str) -> ProgressBar {
+/// A bar over things to be done.
+pub(in crate::commands) fn clip_bar(what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(1).with_message(what);
     if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len}, {eta} left") {
         bar.set_style(style);

@@ -7,7 +7,7 @@ use super::signals::SignalSums;
 use super::spectra::{Lag, Spectrum};
 use super::{Contestant, mean};
 use crate::TrainError;
-use crate::data::{ClipEntry, DataSet, Tissue, motion_of, offsets_of};
+use crate::data::{ClipEntry, DataSet, motion_of, offsets_of};
 use crate::split::Set;
 
 /// Index of the soft vertices among [`group_names`].
@@ -211,11 +211,6 @@ impl Comparison {
                     trials.contains(&entry.name.trial.as_str()) || trials.contains(&subject);
                 wanted && clip.set != Set::UnseenShape
             })
-    }
-
-    /// Clips that were played.
-    pub fn tissue() -> Tissue {
-        Tissue::Usual
     }
 }
 
