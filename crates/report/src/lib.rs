@@ -53,18 +53,22 @@ const STYLE: &str = "
 :root { color-scheme: light dark; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
 h2 { margin-top: 2.5rem; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; margin: 1rem 0; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: 0.25rem 0.75rem; text-align: left; border-bottom: 1px solid #8884; }
 th { vertical-align: bottom; }
-td.number { text-align: right; }
+td.number { text-align: right; white-space: pre; }
+th:first-child, td:first-child { position: sticky; left: 0; background: Canvas; }
+td:first-child { min-width: 6rem; }
 tr.marked td { background: #d9770626; }
-figure { margin: 1rem 0; background: #fff; border-radius: 6px; display: inline-block; }
+figure { margin: 1rem 0; background: #fff; color: #222; border-radius: 6px; width: fit-content; }
 figure svg { max-width: 100%; height: auto; display: block; }
 .pictures { display: flex; flex-wrap: wrap; gap: 0.75rem; }
-.pictures figure { margin: 0; width: 11rem; flex: none; color: #222; }
+.pictures figure { margin: 0; width: 11rem; flex: none; }
 .pictures img { width: 100%; height: auto; display: block; }
 figcaption { padding: 0.25rem 0.5rem 0.5rem; font-size: 0.85rem; line-height: 1.3; }
+.legend { display: flex; flex-wrap: wrap; gap: 0.1rem 1rem; padding-left: 4.5rem; }
+.legend i { display: inline-block; width: 1.2rem; height: 0.2rem; margin-right: 0.4rem; vertical-align: middle; }
 .scale { display: flex; align-items: center; gap: 0.5rem; font-size: 0.85rem; margin: 0.75rem 0; }
 .scale span.bar { width: 12rem; height: 0.9rem; border-radius: 3px; }
 ";
@@ -88,7 +92,8 @@ impl Report {
         self.parts.push(html! { p { (text) } });
     }
 
-    /// Adds a table. Cells that begin with a digit or a sign are set to the right.
+    /// Adds a table. Cells that begin with a digit or a sign are set to the right; line breaks in
+    /// them are kept.
     pub fn table(&mut self, table: &Table) {
         let numeric = |cell: &str| {
             let text = cell.trim_start_matches(['+', '-', '−', '±', '<', '>', ' ']);
@@ -112,8 +117,17 @@ impl Report {
     /// [`ReportError::Plot`] if it has no finite point or cannot be drawn.
     pub fn plot(&mut self, plot: &Plot) -> Result<(), ReportError> {
         let svg = plot.svg()?;
-        self.parts
-            .push(html! { figure role="img" aria-label=(plot.title) { (PreEscaped(svg)) } });
+        let colours = plot
+            .colours()
+            .map(|[r, g, b]| format!("background:rgb({r},{g},{b})"));
+        self.parts.push(html! {
+            figure {
+                div role="img" aria-label=(plot.title) { (PreEscaped(svg)) }
+                figcaption.legend { @for (curve, style) in plot.curves.iter().zip(colours) {
+                    span { i style=(style) {} (curve.name) }
+                } }
+            }
+        });
         Ok(())
     }
 

@@ -192,3 +192,36 @@ impl Settling {
         mean(self.offset_mm.iter().rev().take(60).copied())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use super::*;
+
+    #[test]
+    fn a_bridge_leads_from_one_pose_to_the_other_without_a_jolt() {
+        let from = Pose::REST;
+        let mut to = Pose::REST;
+        to.root_translation_m = DVec3::new(0.4, 0.0, 0.0);
+        to.parent_from_joint[3] = -DQuat::from_rotation_x(0.8);
+        let mut poses = vec![from.clone()];
+        poses.extend(bridge(&from, &to));
+        poses.push(to.clone());
+        let x: Vec<f64> = poses.iter().map(|pose| pose.root_translation_m.x).collect();
+        let largest_m_s2 = x
+            .windows(3)
+            .map(|x| (x[0] - 2.0 * x[1] + x[2]).abs() * 3600.0);
+        assert!(largest_m_s2.fold(0.0, f64::max) < 5.0);
+        // The short way round, though the quaternions lie on opposite sides.
+        let turn = |pose: &Pose| pose.parent_from_joint[3].angle_between(DQuat::IDENTITY);
+        assert!(
+            poses[1..poses.len() - 1]
+                .iter()
+                .all(|pose| turn(pose) <= 0.8 + 1e-9)
+        );
+        assert!(poses.iter().all(Pose::is_valid));
+        assert_eq!(x[0], 0.0);
+        assert_eq!(x[x.len() - 1], 0.4);
+    }
+}

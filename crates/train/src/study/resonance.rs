@@ -120,3 +120,51 @@ fn ringing(model: &BodyModel, vertices: &[u32], region: Region, offsets_m: &[f32
         .collect();
     Ringing::fit(&trace_m)
 }
+
+#[cfg(test)]
+mod tests {
+    use dynaskin_runtime::features::{FeatureKind, GRAVITY_M_S2, Materials, clip_features};
+
+    use super::*;
+    use crate::fixture;
+
+    #[test]
+    fn the_jerk_is_one_tick_of_acceleration() {
+        let joints_rest_m = fixture::symmetric_body(2).joint_template_m;
+        let kind = FeatureKind::InertialMaterials;
+        let shape = [0.0; SHAPE_COUNT];
+        let features = clip_features(kind, &jerk(), &joints_rest_m, &shape, &Materials::default());
+        let features = features.expect("features");
+        let upwards: Vec<f64> = features
+            .chunks_exact(kind.count())
+            .map(|frame| f64::from(frame[1]) - GRAVITY_M_S2)
+            .collect();
+        for (tick, acceleration) in upwards.iter().enumerate() {
+            let expected = if tick == STILL_TICKS {
+                SPEED_M_PER_S * MODEL_RATE_HZ
+            } else {
+                0.0
+            };
+            assert!(
+                (acceleration - expected).abs() < 1e-3,
+                "{tick}: {acceleration}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_region_s_vertical_ringing_is_measured() {
+        let model = fixture::symmetric_body(2);
+        let vertices = [0, 1, 2, 3];
+        let mut offsets_m = vec![0.0f32; 12 * (STILL_TICKS + RINGING_TICKS)];
+        for tick in 0..RINGING_TICKS {
+            let t = tick as f64 / MODEL_RATE_HZ;
+            let y = 0.01 * (-4.0 * t).exp() * (std::f64::consts::TAU * 3.2 * t).sin();
+            for slot in 0..4 {
+                offsets_m[12 * (STILL_TICKS + tick) + 3 * slot + 1] = y as f32;
+            }
+        }
+        let found = ringing(&model, &vertices, Region::Belly, &offsets_m);
+        assert!((found.frequency_hz / 3.2 - 1.0).abs() < 0.01, "{found:?}");
+    }
+}

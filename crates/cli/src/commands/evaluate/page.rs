@@ -131,7 +131,7 @@ fn summary_section(report: &mut Report, methods: &Methods, comparison: &Comparis
     let mut table = Table::new(["method"]);
     let sizes = comparison.sets.iter().map(|set| {
         format!(
-            "{} ({} clips, {} frames)",
+            "{}: {} clips, {} frames",
             set.set.name(),
             set.clips,
             set.frames
@@ -166,13 +166,13 @@ fn summary_section(report: &mut Report, methods: &Methods, comparison: &Comparis
     ));
 }
 
-/// `1.23 ± 0.45 (0.21)`.
+/// `1.23 ± 0.45`, and `(0.21)` below.
 fn cell(set: &SetComparison, method: usize, group: usize) -> String {
     let spread = set.errors[method][group];
     let mean = format!("{:.2} ± {:.2}", spread.mean_mm, spread.deviation_mm);
     match method {
         0 => mean,
-        _ => format!("{mean} ({:.2})", set.ratio(method, group)),
+        _ => format!("{mean}\n({:.2})", set.ratio(method, group)),
     }
 }
 
