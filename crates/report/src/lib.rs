@@ -51,15 +51,15 @@ pub struct Report {
 /// Style of the page: plain, in the reader's own light or dark colours; plots stay on white.
 const STYLE: &str = "
 :root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; }
 h2 { margin-top: 2.5rem; }
 .wide { overflow-x: auto; margin: 1rem 0; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: 0.25rem 0.75rem; text-align: left; border-bottom: 1px solid #8884; }
+th, td { padding: 0.25rem 0.6rem; text-align: left; border-bottom: 1px solid #8884; }
 th { vertical-align: bottom; }
 td.number { text-align: right; white-space: pre; }
 th:first-child, td:first-child { position: sticky; left: 0; background: Canvas; }
-td:first-child { min-width: 6rem; }
+@media (min-width: 48rem) { td:first-child { white-space: nowrap; } }
 tr.marked td { background: #d9770626; }
 figure { margin: 1rem 0; background: #fff; color: #222; border-radius: 6px; width: fit-content; }
 figure svg { max-width: 100%; height: auto; display: block; }

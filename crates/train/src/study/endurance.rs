@@ -31,7 +31,7 @@ pub struct Drift {
 }
 
 /// Plays a held-out clip again and again for `minutes` (at least two), with a smooth way from each
-/// end to the next start, and compares the first minute with the last. The truth of each pass is the
+/// end to the next start, and compares the first minute with the last (in whole passes). The truth of each pass is the
 /// clip's own, but for its first second. `progress` is told methods done and in all.
 ///
 /// # Errors
@@ -55,7 +55,10 @@ pub fn drift(
     }
     let (truth, groups) = (offsets_of(&clip), Groups::new(model, &data_set.vertices));
     let pass = looped(&motion_of(&clip));
-    let ticks = minutes * MINUTE_TICKS;
+    // Minutes of whole passes, so that the first and the last hold the same frames.
+    let per_minute = (MINUTE_TICKS / pass.frames.len()).max(1);
+    let passes = minutes * per_minute;
+    let ticks = passes * pass.frames.len();
     let coordinates = 3 * data_set.vertices.len();
     let still = vec![0.0; coordinates];
     let counts = |tick: usize| {
@@ -70,7 +73,7 @@ pub fn drift(
         let mut frames = [0usize; 2];
         let mut add = |tick: usize, predicted: &[f32]| {
             let frame = tick % pass.frames.len();
-            let end = usize::from(tick >= MINUTE_TICKS);
+            let end = usize::from(tick / pass.frames.len() >= per_minute);
             let truth = &truth[frame * coordinates..(frame + 1) * coordinates];
             offset_mm[end] += f64::from(groups.errors_mm(predicted, &still)[1]);
             error_mm[end] += f64::from(groups.errors_mm(truth, predicted)[1]);

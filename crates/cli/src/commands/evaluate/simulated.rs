@@ -108,7 +108,7 @@ pub fn bodies_section(
         "Hops on one leg on the three held-out body shapes, simulated for this report. Movement of \
          each region against the bones, peak to peak, sum of the three axes, in millimetres: mean over \
          the hops; the chest at its foremost vertex of each side, other regions at the 90th percentile \
-         of their vertices. The columns of a body should differ from those of another.",
+         of their vertices. Shape matters: what does not know it moves every body alike.",
     );
     let settings = study::simulator_settings(subject.data_set, subject.body);
     let bodies =
