@@ -20,6 +20,21 @@ export async function measure({ sdk, ort, ortFolder, model }) {
   return { ...stages, networksMs: stages.predictMs + stages.decodeMs, onnxruntimeMs };
 }
 
+/**
+ * Medians in milliseconds of the stages of one avatar-frame of a model in four files.
+ *
+ * @param {{ sdk: string, files: import("dynaskin").ModelFiles }} places addresses
+ */
+export async function measureFiles({ sdk, files }) {
+  const { load, Motion } = await import(sdk);
+  const loaded = await load({ model: files });
+  const avatar = loaded.createAvatar();
+  const stages = timeStages(avatar, Motion.procedural("hop", avatar));
+  avatar.dispose();
+  loaded.dispose();
+  return stages;
+}
+
 function timeStages(avatar, motion) {
   const rows = [];
   const pose = new Float64Array(99);

@@ -24,8 +24,8 @@ enum Command {
     FitCheck(commands::fit_check::FitCheckArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
     Train(commands::train::TrainArgs),
-    /// Measure a bundle on the clips that it was not trained on.
-    Evaluate(commands::train::EvaluateArgs),
+    /// Measure a bundle, or compare methods in a report, on clips that they were not trained on.
+    Evaluate(commands::evaluate::EvaluateArgs),
 }
 
 fn main() -> anyhow::Result<()> {
@@ -35,6 +35,6 @@ fn main() -> anyhow::Result<()> {
         Command::Fit(args) => commands::fit::run(&args),
         Command::FitCheck(args) => commands::fit_check::run(&args),
         Command::Train(args) => commands::train::run(&args),
-        Command::Evaluate(args) => commands::train::run_evaluate(&args),
+        Command::Evaluate(args) => commands::evaluate::run(&args),
     }
 }

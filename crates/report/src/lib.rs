@@ -1,6 +1,7 @@
-//! HTML reports of measurements: headings, paragraphs, tables and line plots in one file that needs
-//! nothing else.
+//! HTML reports of measurements: headings, paragraphs, tables, line plots and pictures in one file
+//! that needs nothing else.
 
+mod picture;
 mod plot;
 
 use std::fs;
@@ -8,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+pub use picture::{Picture, Triangle, heat_colour};
 pub use plot::{Curve, Plot};
 
 /// Why a report could not be written.
@@ -18,6 +20,14 @@ pub enum ReportError {
     Plot {
         /// Title of the plot.
         title: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A picture cannot be drawn.
+    #[error("picture \"{caption}\": {reason}")]
+    Picture {
+        /// Its caption.
+        caption: String,
         /// Why not.
         reason: String,
     },
@@ -41,16 +51,26 @@ pub struct Report {
 /// Style of the page: plain, in the reader's own light or dark colours; plots stay on white.
 const STYLE: &str = "
 :root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; }
 h2 { margin-top: 2.5rem; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; margin: 1rem 0; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: 0.25rem 0.75rem; text-align: left; border-bottom: 1px solid #8884; }
+th, td { padding: 0.25rem 0.6rem; text-align: left; border-bottom: 1px solid #8884; }
 th { vertical-align: bottom; }
-td.number { text-align: right; }
+td.number { text-align: right; white-space: pre; }
+th:first-child, td:first-child { position: sticky; left: 0; background: Canvas; }
+@media (min-width: 48rem) { td:first-child { white-space: nowrap; } }
 tr.marked td { background: #d9770626; }
-figure { margin: 1rem 0; background: #fff; border-radius: 6px; display: inline-block; }
+figure { margin: 1rem 0; background: #fff; color: #222; border-radius: 6px; width: fit-content; }
 figure svg { max-width: 100%; height: auto; display: block; }
+.pictures { display: flex; flex-wrap: wrap; gap: 0.75rem; }
+.pictures figure { margin: 0; width: 11rem; flex: none; }
+.pictures img { width: 100%; height: auto; display: block; }
+figcaption { padding: 0.25rem 0.5rem 0.5rem; font-size: 0.85rem; line-height: 1.3; }
+.legend { display: flex; flex-wrap: wrap; gap: 0.1rem 1rem; padding-left: 4.5rem; }
+.legend i { display: inline-block; width: 1.2rem; height: 0.2rem; margin-right: 0.4rem; vertical-align: middle; }
+.scale { display: flex; align-items: center; gap: 0.5rem; font-size: 0.85rem; margin: 0.75rem 0; }
+.scale span.bar { width: 12rem; height: 0.9rem; border-radius: 3px; }
 ";
 
 impl Report {
@@ -72,7 +92,8 @@ impl Report {
         self.parts.push(html! { p { (text) } });
     }
 
-    /// Adds a table. Cells that begin with a digit or a sign are set to the right.
+    /// Adds a table. Cells that begin with a digit or a sign are set to the right; line breaks in
+    /// them are kept.
     pub fn table(&mut self, table: &Table) {
         let numeric = |cell: &str| {
             let text = cell.trim_start_matches(['+', '-', '−', '±', '<', '>', ' ']);
@@ -96,9 +117,49 @@ impl Report {
     /// [`ReportError::Plot`] if it has no finite point or cannot be drawn.
     pub fn plot(&mut self, plot: &Plot) -> Result<(), ReportError> {
         let svg = plot.svg()?;
-        self.parts
-            .push(html! { figure role="img" aria-label=(plot.title) { (PreEscaped(svg)) } });
+        let colours = plot
+            .colours()
+            .map(|[r, g, b]| format!("background:rgb({r},{g},{b})"));
+        self.parts.push(html! {
+            figure {
+                div role="img" aria-label=(plot.title) { (PreEscaped(svg)) }
+                figcaption.legend { @for (curve, style) in plot.curves.iter().zip(colours) {
+                    span { i style=(style) {} (curve.name) }
+                } }
+            }
+        });
         Ok(())
+    }
+
+    /// Adds pictures side by side, each with a caption.
+    ///
+    /// # Errors
+    /// [`ReportError::Picture`] for one that cannot be drawn.
+    pub fn pictures(&mut self, pictures: &[(String, Picture)]) -> Result<(), ReportError> {
+        let mut drawn = Vec::new();
+        for (caption, picture) in pictures {
+            drawn.push((caption, picture.data_uri(caption)?));
+        }
+        self.parts.push(html! {
+            div.pictures { @for (caption, uri) in &drawn {
+                figure { img src=(uri) alt=(caption); figcaption { (caption) } }
+            } }
+        });
+        Ok(())
+    }
+
+    /// Adds the legend of the colours of [`heat_colour`]: what 0 and 1 stand for.
+    pub fn heat_scale(&mut self, low: &str, high: &str) {
+        let stops: Vec<String> = (0..=8)
+            .map(|stop| {
+                let [r, g, b] = heat_colour(f64::from(stop) / 8.0);
+                format!("rgb({r},{g},{b})")
+            })
+            .collect();
+        let style = format!("background:linear-gradient(to right,{})", stops.join(","));
+        self.parts.push(html! {
+            div.scale { (low) span.bar style=(style) {} (high) }
+        });
     }
 
     /// The page.

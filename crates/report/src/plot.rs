@@ -27,7 +27,7 @@ pub struct Curve {
 }
 
 /// Colours that differ in lightness too, for the colour-blind (Okabe and Ito).
-const COLOURS: [RGBColor; 7] = [
+const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -35,11 +35,20 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
     RGBColor(230, 159, 0),
     RGBColor(60, 60, 60),
+    RGBColor(140, 86, 75),
 ];
 const SIZE: (u32, u32) = (760, 340);
 const FONT: &str = "sans-serif";
 
 impl Plot {
+    /// Colours of the curves, for the legend, which stands below the plot where it hides nothing.
+    pub(crate) fn colours(&self) -> impl Iterator<Item = [u8; 3]> {
+        (0..self.curves.len()).map(|index| {
+            let RGBColor(r, g, b) = colour(index);
+            [r, g, b]
+        })
+    }
+
     /// The plot as an SVG element.
     ///
     /// # Errors
@@ -49,16 +58,13 @@ impl Plot {
             title: self.title.clone(),
             reason,
         };
-        let curves: Vec<(&str, Vec<(f64, f64)>)> = self
+        let finite = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
+        let curves: Vec<Vec<(f64, f64)>> = self
             .curves
             .iter()
-            .map(|curve| {
-                let finite = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
-                let points = curve.points.iter().copied().filter(finite).collect();
-                (curve.name.as_str(), points)
-            })
+            .map(|curve| curve.points.iter().copied().filter(finite).collect())
             .collect();
-        let all = || curves.iter().flat_map(|(_, points)| points.iter().copied());
+        let all = || curves.iter().flatten().copied();
         let (Some(x), Some(y)) = (range(all().map(|p| p.0)), range(all().map(|p| p.1))) else {
             return Err(failed("it has no finite point".to_owned()));
         };
@@ -66,6 +72,11 @@ impl Plot {
         draw(self, &curves, x, y, &mut svg).map_err(|error| failed(error.to_string()))?;
         Ok(svg)
     }
+}
+
+/// Colour of a curve.
+fn colour(index: usize) -> RGBColor {
+    COLOURS[index % COLOURS.len()]
 }
 
 /// Least and largest value with a little room around them.
@@ -82,7 +93,7 @@ fn range(values: impl Iterator<Item = f64>) -> Option<std::ops::Range<f64>> {
 
 fn draw(
     plot: &Plot,
-    curves: &[(&str, Vec<(f64, f64)>)],
+    curves: &[Vec<(f64, f64)>],
     x: std::ops::Range<f64>,
     y: std::ops::Range<f64>,
     svg: &mut String,
@@ -103,23 +114,10 @@ fn draw(
         .light_line_style(TRANSPARENT)
         .bold_line_style(RGBColor(225, 225, 225))
         .draw()?;
-    for (index, (name, points)) in curves.iter().enumerate() {
-        let colour = COLOURS[index % COLOURS.len()];
-        chart
-            .draw_series(LineSeries::new(
-                points.iter().copied(),
-                colour.stroke_width(2),
-            ))?
-            .label(*name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    for (index, points) in curves.iter().enumerate() {
+        let line = LineSeries::new(points.iter().copied(), colour(index).stroke_width(2));
+        chart.draw_series(line)?;
     }
-    chart
-        .configure_series_labels()
-        .label_font((FONT, 13))
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 200, 200))
-        .draw()?;
     area.present()?;
     drop(chart);
     Ok(())

@@ -3,7 +3,7 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
-use dynaskin_report::{Curve, Plot, Report, ReportError, Table};
+use dynaskin_report::{Curve, Picture, Plot, Report, ReportError, Table, Triangle};
 
 fn plot(points: Vec<(f64, f64)>) -> Plot {
     Plot {
@@ -62,4 +62,29 @@ fn a_constant_curve_is_drawn() {
     Report::new("x")
         .plot(&plot(vec![(0.0, 2.0), (1.0, 2.0)]))
         .unwrap();
+}
+
+#[test]
+fn pictures_are_part_of_the_page_and_empty_ones_are_named() {
+    let triangle = Triangle {
+        corners: [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        colour: [10, 20, 30],
+    };
+    let picture = |triangles| Picture {
+        size: (40, 30),
+        triangles,
+    };
+    let mut report = Report::new("x");
+    report
+        .pictures(&[("truth & error".to_owned(), picture(vec![triangle]))])
+        .unwrap();
+    report.heat_scale("0 mm", "20 mm");
+    let html = report.html();
+    assert!(html.contains("data:image/png;base64,iVBOR"), "{html}");
+    assert!(html.contains("truth &amp; error") && html.contains("20 mm"));
+    let error = report
+        .pictures(&[("nothing".to_owned(), picture(Vec::new()))])
+        .unwrap_err();
+    assert!(matches!(error, ReportError::Picture { .. }), "{error}");
+    assert!(error.to_string().contains("nothing"), "{error}");
 }

@@ -13,7 +13,7 @@ use glam::Vec3;
 pub use amplitude::{Amplitude, amplitudes};
 pub use measured::{MEASURED, Measured, Quantity};
 pub use survey::{LargestOffset, Survey, largest_offsets};
-pub use vibration::{Vibration, free_vibration};
+pub use vibration::{Ringing, Vibration, free_vibration};
 
 use crate::dataset::ClipData;
 use crate::materials::Materials;

@@ -17,8 +17,8 @@ mod simulate;
 mod solver;
 
 pub use calibration::{
-    Activity, Amplitude, Calibration, LargestOffset, MEASURED, Measured, Moved, Quantity, Survey,
-    Vibration, amplitudes, free_vibration,
+    Activity, Amplitude, Calibration, LargestOffset, MEASURED, Measured, Moved, Quantity, Ringing,
+    Survey, Vibration, amplitudes, free_vibration,
 };
 pub use dataset::{ClipData, ClipHeader, DatasetError};
 pub use kinematics::{GRAVITY_M_PER_S2, soft_clip};

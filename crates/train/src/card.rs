@@ -91,11 +91,19 @@ fn write_results(card: &mut String, report: &Report) {
     );
 }
 
+fn floor(errors: &Errors) -> String {
+    let shown = errors.floor_mm.map(|floor_mm| format!("{floor_mm:.2}"));
+    shown.unwrap_or_else(|| "-".into())
+}
+
 fn write_row(card: &mut String, set: &str, region: &str, sizes: &str, errors: &Errors) {
     let _ = writeln!(
         card,
-        "| {set} | {region} | {sizes} | {:.2} | {:.2} | {:.2} | {:.2} |",
-        errors.static_mm, errors.error_mm, errors.floor_mm, errors.ratio
+        "| {set} | {region} | {sizes} | {:.2} | {:.2} | {} | {:.2} |",
+        errors.static_mm,
+        errors.error_mm,
+        floor(errors),
+        errors.ratio
     );
 }
 

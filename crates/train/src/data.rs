@@ -203,6 +203,18 @@ pub fn features_of(
     )?)
 }
 
+/// Features of a clip's own poses, shape and materials on the body `model`.
+///
+/// # Errors
+/// [`TrainError::Runtime`].
+pub fn motion_features(
+    kind: FeatureKind,
+    model: &BodyModel,
+    clip: &ClipData,
+) -> Result<Vec<f32>, TrainError> {
+    features_of(kind, model, &motion_of(clip), clip)
+}
+
 /// Offsets of a clip in single precision, `[frame][slot][xyz]` flat, in metres.
 pub fn offsets_of(clip: &ClipData) -> Vec<f32> {
     clip.offsets_rest_m.iter().map(|x| x.to_f32()).collect()

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use dynaskin_motion::MotionError;
 use dynaskin_onnx_writer::WriteError;
 use dynaskin_runtime::RuntimeError;
-use dynaskin_sim::DatasetError;
+use dynaskin_sim::{DatasetError, ShellError, SimError};
 use thiserror::Error;
 
 /// Why a data set could not be used, or a model not trained, written or measured.
@@ -133,6 +134,15 @@ pub enum TrainError {
     /// A graph could not be written.
     #[error(transparent)]
     Onnx(#[from] WriteError),
+    /// A motion could not be made.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The body has no tissue to simulate.
+    #[error(transparent)]
+    Shell(#[from] ShellError),
+    /// A simulation for comparison failed.
+    #[error(transparent)]
+    Sim(#[from] SimError),
     /// The runtime refused a pose, a bundle or a graph.
     #[error(transparent)]
     Runtime(#[from] RuntimeError),

@@ -23,8 +23,9 @@ pub struct Errors {
     pub error_mm: f64,
     /// The same with no offset at all: mean length of the simulated offsets.
     pub static_mm: f64,
-    /// The same with the best latents that the decoder could have been given.
-    pub floor_mm: f64,
+    /// The same with the best latents that the decoder could have been given; none for decoders
+    /// that are not linear.
+    pub floor_mm: Option<f64>,
     /// `error_mm / static_mm`.
     pub ratio: f64,
 }
@@ -89,7 +90,7 @@ pub fn evaluate(
     model: &BodyModel,
     mut progress: impl FnMut(usize, usize),
 ) -> Result<Report, TrainError> {
-    let decoder = player.decoder_matrix()?;
+    let decoder = player.linear_decoder()?;
     let kind = player.feature_kind();
     let sets_of = |set| data_set.of_set(set, Tissue::Usual);
     let all = Set::TEST.into_iter().map(|set| sets_of(set).count()).sum();
@@ -101,8 +102,8 @@ pub fn evaluate(
             let clip = data_set.read(entry)?;
             let (motion, truth) = (motion_of(&clip), offsets_of(&clip));
             let predicted = player.play(&features_of(kind, model, &motion, &clip)?)?;
-            let floor = decoder.nearest(&truth);
-            sums.add(&truth, &predicted, &floor);
+            let floor = decoder.as_ref().map(|decoder| decoder.nearest(&truth));
+            sums.add(&truth, &predicted, floor.as_deref());
             let size = mean_length(&truth);
             if wildest.as_ref().is_none_or(|(most, _)| size > *most) {
                 wildest = Some((size, clip));
@@ -154,7 +155,8 @@ fn rest_error_mm(
 struct Sums {
     error_m: Vec<f64>,
     static_m: Vec<f64>,
-    floor_m: Vec<f64>,
+    /// None where the decoder is not linear.
+    floor_m: Option<Vec<f64>>,
     frames: usize,
     clips: usize,
 }
@@ -164,28 +166,33 @@ impl Sums {
         Self {
             error_m: vec![0.0; vertices],
             static_m: vec![0.0; vertices],
-            floor_m: vec![0.0; vertices],
+            floor_m: Some(vec![0.0; vertices]),
             frames: 0,
             clips: 0,
         }
     }
 
     /// Adds a clip; all are `[frame][slot][xyz]` in metres.
-    fn add(&mut self, truth: &[f32], predicted: &[f32], floor: &[f32]) {
+    fn add(&mut self, truth: &[f32], predicted: &[f32], floor: Option<&[f32]>) {
         let coordinates = 3 * self.error_m.len();
-        for ((truth, predicted), floor) in truth
+        for (truth, predicted) in truth
             .chunks_exact(coordinates)
             .zip(predicted.chunks_exact(coordinates))
-            .zip(floor.chunks_exact(coordinates))
         {
-            for slot in 0..self.error_m.len() {
-                let at = |field: &[f32]| [0, 1, 2].map(|axis| f64::from(field[3 * slot + axis]));
-                let (truth, predicted, floor) = (at(truth), at(predicted), at(floor));
-                self.error_m[slot] += distance(truth, predicted);
-                self.static_m[slot] += distance(truth, [0.0; 3]);
-                self.floor_m[slot] += distance(truth, floor);
+            add_distances(&mut self.error_m, truth, predicted);
+            for (sum, length) in self.static_m.iter_mut().zip(lengths(truth)) {
+                *sum += length;
             }
             self.frames += 1;
+        }
+        match (&mut self.floor_m, floor) {
+            (Some(sums), Some(floor)) => {
+                let frames = truth.chunks_exact(coordinates);
+                for (truth, floor) in frames.zip(floor.chunks_exact(coordinates)) {
+                    add_distances(sums, truth, floor);
+                }
+            }
+            _ => self.floor_m = None,
         }
         self.clips += 1;
     }
@@ -198,7 +205,7 @@ impl Sums {
         Errors {
             error_mm,
             static_mm,
-            floor_mm: mean_mm(&self.floor_m),
+            floor_mm: self.floor_m.as_deref().map(mean_mm),
             ratio: error_mm / static_mm.max(f64::MIN_POSITIVE),
         }
     }
@@ -218,12 +225,21 @@ impl Sums {
     }
 }
 
+/// Adds the distances of two frames' vertices to sums, slot by slot.
+fn add_distances(sums: &mut [f64], a: &[f32], b: &[f32]) {
+    for (slot, sum) in sums.iter_mut().enumerate() {
+        let at = |field: &[f32]| [0, 1, 2].map(|axis| f64::from(field[3 * slot + axis]));
+        *sum += distance(at(a), at(b));
+    }
+}
+
 /// Slots of the vertex list that are soft.
-fn soft_slots(model: &BodyModel, vertices: &[u32]) -> Vec<usize> {
+pub(crate) fn soft_slots(model: &BodyModel, vertices: &[u32]) -> Vec<usize> {
     slots(vertices, |vertex| model.softness(vertex))
 }
 
-fn region_slots(model: &BodyModel, vertices: &[u32], region: Region) -> Vec<usize> {
+/// Slots of the vertex list that belong to a region.
+pub(crate) fn region_slots(model: &BodyModel, vertices: &[u32], region: Region) -> Vec<usize> {
     match model.region_weights.get(region as usize) {
         Some(weights) => slots(vertices, |vertex| weights[vertex]),
         None => Vec::new(),
@@ -236,7 +252,8 @@ fn slots(vertices: &[u32], weight: impl Fn(usize) -> f32) -> Vec<usize> {
         .collect()
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+/// Distance of two points.
+pub(crate) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let square: f64 = (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum();
     square.sqrt()
 }
@@ -294,13 +311,16 @@ mod tests {
         let truth = [[0.002, 0.0, 0.0]; 8].concat();
         let predicted = [[0.001, 0.0, 0.0]; 8].concat();
         let floor = [[0.002, 0.003, 0.0]; 8].concat();
-        sums.add(&truth, &predicted, &floor);
+        sums.add(&truth, &predicted, Some(&floor));
         let report = sums.report(Set::UnseenMotion, &model, &vertices);
         assert_eq!((report.clips, report.frames), (1, 2));
         for errors in [report.soft, report.regions[0].1] {
             assert!((errors.error_mm - 1.0).abs() < 1e-4, "{errors:?}");
             assert!((errors.static_mm - 2.0).abs() < 1e-4, "{errors:?}");
-            assert!((errors.floor_mm - 3.0).abs() < 1e-4, "{errors:?}");
+            assert!(
+                (errors.floor_mm.unwrap_or(0.0) - 3.0).abs() < 1e-4,
+                "{errors:?}"
+            );
             assert!((errors.ratio - 0.5).abs() < 1e-4, "{errors:?}");
         }
         assert_eq!(report.regions.len(), 1);

@@ -25,6 +25,7 @@ mod player;
 mod predictor;
 mod prepare;
 mod split;
+pub mod study;
 mod trainer;
 
 pub use blocks::{Block, BlockBasis, partition};
@@ -32,14 +33,16 @@ pub use bundle::{BundleParts, TrainingFacts, write_bundle};
 pub use card::model_card;
 pub use checkpoint::{Checkpoint, EpochRecord};
 pub use config::TrainConfig;
-pub use data::{ClipEntry, DataSet, Tissue};
+pub use data::{ClipEntry, DataSet, Tissue, motion_features};
 pub use dynaskin_onnx_writer::Precision;
 pub use error::TrainError;
 pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};
 pub use export::{decoder_onnx, predictor_onnx};
 pub use lanes::Sequence;
 pub use locality::Locality;
-pub use methods::{Method, Networks, TrainingInput};
+pub use methods::{
+    DmplConfig, Method, Networks, SpringBonesConfig, TrainingInput, train_dmpl, train_spring_bones,
+};
 pub use mirror::Mirror;
 pub use normaliser::Normaliser;
 pub use pca::Basis;

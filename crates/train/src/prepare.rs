@@ -59,9 +59,12 @@ pub fn prepare(
     let training = data_set.of_set(Set::Training, tissue).count();
     let validation = data_set.of_set(Set::Validation, tissue).count();
     let all = 2 * training + validation;
-    let sample = sample_offsets(data_set, config, mirror.as_ref(), |done| {
-        progress(done, all)
-    })?;
+    let draw = Draw {
+        tissue,
+        frames: config.pca_frames,
+        seed: config.seed,
+    };
+    let sample = sample_offsets(data_set, draw, mirror.as_ref(), |done| progress(done, all))?;
     let blocks = partition(model, &data_set.vertices, mirror.as_ref());
     let basis = BlockBasis::fit(&sample, blocks, config.components, config.seed)?;
     drop(sample);
@@ -71,6 +74,9 @@ pub fn prepare(
     } else {
         Locality::everywhere(KIND.motion_count(), basis.components())
     };
+    let induced = mirror
+        .as_ref()
+        .map(|mirror| basis.induced(|from, to| mirror.apply(from, to)));
     let mut raw = Vec::new();
     let mut done = training;
     for set in [Set::Training, Set::Validation] {
@@ -78,10 +84,10 @@ pub fn prepare(
             let clip = data_set.read(entry)?;
             let latents = basis.project(&offsets_of(&clip));
             let motion = motion_of(&clip);
-            if let (Some(mirror), Set::Training) = (&mirror, set) {
+            if let (Some(induced), Set::Training) = (&induced, set) {
                 raw.push(RawSequence {
                     features: features_of(KIND, model, &motion.mirrored(), &clip)?,
-                    latents: mirrored_latents(&basis, mirror, &latents),
+                    latents: mirrored_latents(induced, basis.components(), &latents),
                     set,
                 });
             }
@@ -152,29 +158,44 @@ fn normalised(
     }
 }
 
-fn mirrored_latents(basis: &BlockBasis, mirror: &Mirror, latents: &[f32]) -> Vec<f32> {
-    let components = basis.components();
-    let induced = basis.induced(|from, to| mirror.apply(from, to));
-    let induced = DMatrix::from_row_slice(components, components, &induced);
+/// Latents of the mirror images of frames whose `latents` are given, `[frame][component]` flat;
+/// `induced` is what mirroring does to a latent, `[component][component]` row-major.
+pub(crate) fn mirrored_latents(induced: &[f32], components: usize, latents: &[f32]) -> Vec<f32> {
+    let induced = DMatrix::from_row_slice(components, components, induced);
     let frames = DMatrix::from_row_slice(latents.len() / components, components, latents);
     (frames * induced).transpose().as_slice().to_vec()
 }
 
-/// Random frames of the training clips, and their mirror images, one a row.
-fn sample_offsets(
+/// Which frames [`sample_offsets`] draws.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Draw {
+    /// From clips of which tissue.
+    pub tissue: Tissue,
+    /// How many, about.
+    pub frames: usize,
+    /// Seed of the draw.
+    pub seed: u64,
+}
+
+/// Random frames of the training clips, and their mirror images, one a row. `progress` is told the
+/// number of clips read.
+///
+/// # Errors
+/// What reading a clip can give.
+pub(crate) fn sample_offsets(
     data_set: &DataSet,
-    config: &TrainConfig,
+    draw: Draw,
     mirror: Option<&Mirror>,
     mut progress: impl FnMut(usize),
 ) -> Result<DMatrix<f32>, TrainError> {
-    let tissue = Tissue::known_to(KIND);
+    let tissue = draw.tissue;
     let coordinates = 3 * data_set.vertices.len();
     let frames: usize = data_set
         .of_set(Set::Training, tissue)
         .map(|clip| clip.frames)
         .sum();
-    let share = config.pca_frames as f64 / frames.max(1) as f64;
-    let mut rng = Pcg64Mcg::seed_from_u64(config.seed);
+    let share = draw.frames as f64 / frames.max(1) as f64;
+    let mut rng = Pcg64Mcg::seed_from_u64(draw.seed);
     // Column-major with a frame a column, turned at the end.
     let mut columns: Vec<f32> = Vec::new();
     let mut image = vec![0.0; coordinates];

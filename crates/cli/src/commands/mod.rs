@@ -1,6 +1,7 @@
 //! One module per subcommand.
 
 pub mod body;
+pub mod evaluate;
 pub mod fit;
 pub mod fit_check;
 pub mod simulate;

@@ -1,4 +1,4 @@
-//! `dynaskin train` and `dynaskin evaluate`: from simulated clips to a measured bundle.
+//! `dynaskin train`: from simulated clips to a measured bundle.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_body::BodyModel;
+use dynaskin_runtime::BundleFile;
 use dynaskin_runtime::features::FeatureKind;
-use dynaskin_runtime::{Bundle, BundleFile};
 use dynaskin_train::{
-    BundleParts, Checkpoint, DataSet, EpochRecord, Method, Networks, Player, Precision, Predictor,
-    Prepared, Report, Set, Split, Tissue, TrainConfig, TrainingFacts, decoder_onnx, evaluate,
-    predictor_onnx, prepare, train, write_bundle,
+    BundleParts, Checkpoint, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Precision,
+    Predictor, Prepared, Report, Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError,
+    TrainingFacts, TrainingInput, decoder_onnx, evaluate, predictor_onnx, prepare, train,
+    train_dmpl, train_spring_bones, write_bundle,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -61,9 +62,9 @@ pub struct TrainArgs {
     /// Cells of the LSTM.
     #[arg(long, default_value_t = TrainConfig::default().hidden)]
     hidden: usize,
-    /// Principal components.
-    #[arg(long, default_value_t = TrainConfig::default().components)]
-    components: usize,
+    /// Principal components; as many as the method usually has unless given.
+    #[arg(long)]
+    components: Option<usize>,
     /// Frames a window of back-propagation through time.
     #[arg(long, default_value_t = TrainConfig::default().window)]
     window: usize,
@@ -87,23 +88,6 @@ pub struct TrainArgs {
     no_mirror: bool,
 }
 
-/// Arguments of `dynaskin evaluate`.
-#[derive(Debug, Args)]
-pub struct EvaluateArgs {
-    /// Folder of the bundle.
-    #[arg(long)]
-    model: PathBuf,
-    /// Folder of clips made by `dynaskin simulate` on the bundle's body.
-    #[arg(long)]
-    data: PathBuf,
-    /// The body GLB, where it is not in the bundle's folder.
-    #[arg(long)]
-    body: Option<PathBuf>,
-    /// What is held out, as JSON; what the bundle was trained without unless given.
-    #[arg(long)]
-    split: Option<PathBuf>,
-}
-
 fn method(name: &str) -> Result<Method, String> {
     Method::from_name(name).ok_or_else(|| {
         let names = Method::ALL.map(Method::name);
@@ -119,7 +103,7 @@ impl TrainArgs {
             encoding: self.encoding,
             springs: self.springs,
             hidden: self.hidden,
-            components: self.components,
+            components: self.components.unwrap_or(TrainConfig::default().components),
             window: self.window,
             lanes: self.lanes,
             learning_rate: self.learning_rate,
@@ -133,11 +117,6 @@ impl TrainArgs {
 
 /// Runs `dynaskin train`.
 pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
-    if args.method != Method::Dynaskin {
-        bail!("{} cannot be trained yet", args.method.label());
-    }
-    let config = args.config();
-    config.check()?;
     let split = match &args.split {
         Some(path) => Split::read(path)?,
         None => Split::default(),
@@ -147,42 +126,33 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     let data_set = DataSet::open(&args.data, &body_sha256, &split)?;
     say(&listing(&data_set));
 
-    let folder = args.checkpoint.clone();
-    let folder = folder.unwrap_or_else(|| args.out.join("checkpoint"));
-    let checkpoint = Checkpoint::new(&folder)?;
-    if checkpoint.holds_run() && !args.resume && !args.restart {
-        bail!(
-            "{} holds an earlier run: --resume goes on with it, --restart forgets it",
-            folder.display()
-        );
-    }
+    let input = TrainingInput {
+        data_set: &data_set,
+        body: &body,
+        seed: args.seed,
+    };
+    let (networks, minutes) = match args.method {
+        Method::Dynaskin => train_dynaskin(args, input)?,
+        Method::SpringBones => {
+            timed(|progress| train_spring_bones(input, &SpringBonesConfig::default(), progress))?
+        }
+        Method::Dmpl => {
+            let config = DmplConfig {
+                seed: args.seed,
+                components: args.components.unwrap_or(DmplConfig::default().components),
+                mirror: !args.no_mirror,
+                ..DmplConfig::default()
+            };
+            timed(|progress| train_dmpl(input, &config, progress))?
+        }
+        other => bail!("{} cannot be trained yet", other.label()),
+    };
 
-    let bar = clip_bar("reading clips");
-    let prepared = prepare(&data_set, &body, &config, |done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-    })?;
-    bar.finish_and_clear();
-
-    let start = Instant::now();
-    let mut epochs_seen = 0;
-    let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
-        epochs_seen += 1;
-        say(&epoch_line(
-            epoch,
-            config.epochs,
-            epochs_seen,
-            start.elapsed(),
-        ));
-    })?;
-
-    let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
-    let minutes = checkpoint.seconds()? / 60.0;
     let facts = facts(
         &data_set,
         &networks,
         split,
-        (args.method, config.seed, minutes),
+        (args.method, args.seed, minutes),
     );
     let parts = BundleParts {
         name: &body.name,
@@ -202,6 +172,56 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     say(&summary(&report));
     say(&format!("bundle written to {}", args.out.display()));
     Ok(())
+}
+
+/// Training without epochs, shown as a bar over the clips; gives the minutes it took, too.
+fn timed(
+    train: impl FnOnce(&mut dyn FnMut(usize, usize)) -> Result<Networks, TrainError>,
+) -> anyhow::Result<(Networks, f64)> {
+    let start = Instant::now();
+    let bar = clip_bar("reading clips");
+    let networks = train(&mut |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    Ok((networks, start.elapsed().as_secs_f64() / 60.0))
+}
+
+/// Trains our networks; gives the minutes it took, earlier runs of the checkpoint among them.
+fn train_dynaskin(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
+    let config = args.config();
+    config.check()?;
+    let folder = args.checkpoint.clone();
+    let folder = folder.unwrap_or_else(|| args.out.join("checkpoint"));
+    let checkpoint = Checkpoint::new(&folder)?;
+    if checkpoint.holds_run() && !args.resume && !args.restart {
+        bail!(
+            "{} holds an earlier run: --resume goes on with it, --restart forgets it",
+            folder.display()
+        );
+    }
+
+    let bar = clip_bar("reading clips");
+    let prepared = prepare(input.data_set, input.body, &config, |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+
+    let start = Instant::now();
+    let mut epochs_seen = 0;
+    let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
+        epochs_seen += 1;
+        say(&epoch_line(
+            epoch,
+            config.epochs,
+            epochs_seen,
+            start.elapsed(),
+        ));
+    })?;
+    let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
+    Ok((networks, checkpoint.seconds()? / 60.0))
 }
 
 /// The trained parts as files of the contract.
@@ -228,42 +248,8 @@ fn dynaskin_networks(
     })
 }
 
-/// Runs `dynaskin evaluate`.
-pub fn run_evaluate(args: &EvaluateArgs) -> anyhow::Result<()> {
-    let (mut player, bundle) = Player::load(&args.model)?;
-    let own = args.model.join(&bundle.body.file);
-    let (body, body_glb) = read_body(args.body.as_ref().unwrap_or(&own))?;
-    bundle.body.verify(&body_glb)?;
-    let split = split_of(args, &bundle)?;
-    let data_set = DataSet::open(&args.data, &bundle.body.sha256, &split)?;
-    if data_set.vertices != bundle.vertices {
-        bail!(
-            "{} has offsets over other vertices than {}: simulate with the settings that the \
-             bundle was trained on",
-            args.data.display(),
-            args.model.display()
-        );
-    }
-    let report = measure(&mut player, &data_set, &body)?;
-    say(&summary(&report));
-    Ok(())
-}
-
-fn split_of(args: &EvaluateArgs, bundle: &Bundle) -> anyhow::Result<Split> {
-    if let Some(path) = &args.split {
-        return Ok(Split::read(path)?);
-    }
-    let stored = bundle.training.get("split").with_context(|| {
-        format!(
-            "{} does not tell what was held out: give --split",
-            args.model.display()
-        )
-    })?;
-    serde_json::from_value(stored.clone())
-        .with_context(|| format!("the split stored in {} is damaged", args.model.display()))
-}
-
-fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
+/// A body and its file.
+pub(super) fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
     let bytes =
         fs::read(path).with_context(|| format!("cannot read the body {}", path.display()))?;
     let body = BodyModel::from_glb(&bytes)
@@ -271,7 +257,12 @@ fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
     Ok((body, bytes))
 }
 
-fn measure(player: &mut Player, data_set: &DataSet, body: &BodyModel) -> anyhow::Result<Report> {
+/// Plays the held-out clips and measures.
+pub(super) fn measure(
+    player: &mut Player,
+    data_set: &DataSet,
+    body: &BodyModel,
+) -> anyhow::Result<Report> {
     let bar = clip_bar("playing held-out clips");
     let report = evaluate(player, data_set, body, |done, all| {
         bar.set_length(all as u64);
@@ -382,7 +373,8 @@ fn epoch_line(epoch: &EpochRecord, epochs: usize, seen: usize, elapsed: Duration
     )
 }
 
-fn summary(report: &Report) -> String {
+/// A report as lines of text.
+pub(super) fn summary(report: &Report) -> String {
     let mut text = String::from(
         "set                      region       static mm  error mm  floor mm  error/static",
     );
@@ -391,8 +383,13 @@ fn summary(report: &Report) -> String {
         for (index, (region, errors)) in std::iter::once(&soft).chain(&set.regions).enumerate() {
             let name = if index == 0 { set.set.name() } else { "" };
             text.push_str(&format!(
-                "\n{name:24} {region:12} {:9.2} {:9.2} {:9.2} {:13.3}",
-                errors.static_mm, errors.error_mm, errors.floor_mm, errors.ratio
+                "\n{name:24} {region:12} {:9.2} {:9.2} {:>9} {:13.3}",
+                errors.static_mm,
+                errors.error_mm,
+                errors
+                    .floor_mm
+                    .map_or("-".to_owned(), |mm| format!("{mm:.2}")),
+                errors.ratio
             ));
         }
     }
@@ -408,7 +405,8 @@ fn summary(report: &Report) -> String {
     text
 }
 
-fn clip_bar(what: &'static str) -> ProgressBar {
+/// A bar over things to be done.
+pub(in crate::commands) fn clip_bar(what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(1).with_message(what);
     if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len}, {eta} left") {
         bar.set_style(style);

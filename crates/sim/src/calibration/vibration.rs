@@ -78,17 +78,22 @@ pub fn free_vibration(
 }
 
 /// A damped sine through a recording.
-#[derive(Clone, Copy, Debug)]
-struct Ringing {
-    frequency_hz: f64,
-    damping_ratio: f64,
-    unexplained: f64,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ringing {
+    /// Frequency of the damped ringing in hertz.
+    pub frequency_hz: f64,
+    /// Damping ratio (1 = critical).
+    pub damping_ratio: f64,
+    /// Part of the recording's energy that a single damped sine does not explain, 0..=1; infinite
+    /// for a recording of zeros.
+    pub unexplained: f64,
 }
 
 impl Ringing {
     /// Least squares over `exp(-z w t) (a cos(w' t) + b sin(w' t))`, a and b solved for exactly and
-    /// (w, z) searched for on ever finer grids: robust where crossings are too few to count.
-    fn fit(trace: &[f32]) -> Self {
+    /// (w, z) searched for on ever finer grids: robust where crossings are too few to count. The
+    /// recording is at 60 Hz from the push on, in any unit.
+    pub fn fit(trace: &[f32]) -> Self {
         let power: f64 = trace.iter().map(|x| f64::from(*x).powi(2)).sum();
         let mut best = Self {
             frequency_hz: 1.0,

@@ -1,11 +1,19 @@
 //! The methods that are trained on the same data and compared in one table.
 
+mod dmpl;
+mod spring_bones;
+
 use dynaskin_body::BodyModel;
 use dynaskin_runtime::features::FeatureKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::data::DataSet;
+use crate::TrainError;
+use crate::data::{DataSet, Tissue};
+use crate::split::Set;
+
+pub use dmpl::{DmplConfig, train_dmpl};
+pub use spring_bones::{SpringBonesConfig, train_spring_bones};
 
 /// A way to predict soft tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -81,6 +89,25 @@ pub struct TrainingInput<'a> {
     pub body: &'a BodyModel,
     /// Seed of everything random: the same seed and data give the same weights on one machine.
     pub seed: u64,
+}
+
+impl TrainingInput<'_> {
+    /// Refuses a data set whose `sets` are not all there, for networks with features of `kind`.
+    ///
+    /// # Errors
+    /// [`TrainError::EmptySplit`].
+    pub(crate) fn require(&self, sets: &[Set], kind: FeatureKind) -> Result<(), TrainError> {
+        let tissue = Tissue::known_to(kind);
+        for set in sets {
+            if self.data_set.of_set(*set, tissue).next().is_none() {
+                return Err(TrainError::EmptySplit {
+                    set: set.name(),
+                    clips: self.data_set.clips.len(),
+                });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The networks that a method made of its training data, of the contract in ARCHITECTURE.md.

@@ -1,0 +1,103 @@
+//! `dynaskin evaluate`: a bundle measured on held-out clips, or many side by side in a report.
+
+mod bundles;
+mod cost;
+mod dynamics;
+mod page;
+mod pictures;
+mod simulated;
+mod tables;
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, bail};
+use clap::Args;
+use dynaskin_runtime::Bundle;
+use dynaskin_train::{DataSet, Player, Split};
+
+use super::say;
+use super::train::{measure, read_body, summary};
+
+/// Arguments of `dynaskin evaluate`.
+#[derive(Debug, Args)]
+pub struct EvaluateArgs {
+    /// Folder of the bundle.
+    #[arg(long)]
+    model: PathBuf,
+    /// Folder of clips made by `dynaskin simulate` on the bundle's body.
+    #[arg(long)]
+    data: PathBuf,
+    /// The body GLB, where it is not in the bundle's folder.
+    #[arg(long)]
+    body: Option<PathBuf>,
+    /// What is held out, as JSON; what the bundle was trained without unless given.
+    #[arg(long)]
+    split: Option<PathBuf>,
+    /// Write an HTML report to this file, and its numbers as CSV files beside it.
+    #[arg(long)]
+    report: Option<PathBuf>,
+    /// Folder whose folders hold bundles to compare with, for the report; `methods` in the bundle's
+    /// folder where there is one, unless given.
+    #[arg(long, requires = "report")]
+    methods: Option<PathBuf>,
+    /// Minutes of the report's continuous motion.
+    #[arg(long, requires = "report", default_value_t = 10, value_parser = clap::value_parser!(u16).range(2..=120))]
+    minutes: u16,
+    /// Leave out of the report what has to be simulated anew: other bodies and materials.
+    #[arg(long, requires = "report")]
+    without_simulation: bool,
+    /// Times in wasm for the report, as `npm run bench:methods` writes them.
+    #[arg(long, requires = "report")]
+    wasm_times: Option<PathBuf>,
+}
+
+/// Runs `dynaskin evaluate`.
+pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
+    let (mut player, bundle) = Player::load(&args.model)?;
+    let own = args.model.join(&bundle.body.file);
+    let (body, body_glb) = read_body(args.body.as_ref().unwrap_or(&own))?;
+    bundle.body.verify(&body_glb)?;
+    let split = split_of(args, &bundle)?;
+    let data_set = DataSet::open(&args.data, &bundle.body.sha256, &split)?;
+    if data_set.vertices != bundle.vertices {
+        bail!(
+            "{} has offsets over other vertices than {}: simulate with the settings that the \
+             bundle was trained on",
+            args.data.display(),
+            args.model.display()
+        );
+    }
+    let Some(path) = &args.report else {
+        let report = measure(&mut player, &data_set, &body)?;
+        say(&summary(&report));
+        return Ok(());
+    };
+    let folder = args.methods.clone().or_else(|| {
+        let usual = args.model.join("methods");
+        usual.is_dir().then_some(usual)
+    });
+    let mut found = bundles::others(folder.as_deref(), &bundle, &split)?;
+    found.push(bundles::own(&args.model, player, bundle));
+    let subject = page::Subject {
+        data_set: &data_set,
+        body: &body,
+        minutes: usize::from(args.minutes),
+        simulate: !args.without_simulation,
+        wasm_times: args.wasm_times.as_deref(),
+    };
+    page::write(path, &subject, found)?;
+    say(&format!("report written to {}", path.display()));
+    Ok(())
+}
+
+fn split_of(args: &EvaluateArgs, bundle: &Bundle) -> anyhow::Result<Split> {
+    if let Some(path) = &args.split {
+        return Ok(Split::read(path)?);
+    }
+    bundles::stored_split(bundle).with_context(|| {
+        format!(
+            "{} does not tell what was held out, or not in a way that can be read: give --split",
+            args.model.display()
+        )
+    })
+}

@@ -1,0 +1,170 @@
+//! Whether networks obey their material inputs: resonance of a region whose stiffness is changed,
+//! predicted and simulated.
+
+use dynaskin_body::{BodyModel, Pose, REGION_COUNT, Region, SHAPE_COUNT};
+use dynaskin_motion::{Clip, MODEL_RATE_HZ};
+use dynaskin_sim::{ClipData, Materials, Ringing, SimSettings};
+use rayon::prelude::*;
+
+use super::bodies::simulated;
+use super::{Contestant, mean};
+use crate::TrainError;
+
+/// Speed in m/s that the body takes on within one tick: an impulse of acceleration, small enough
+/// that tissue stays close to linear.
+const SPEED_M_PER_S: f64 = 0.2;
+/// Ticks at rest before it.
+const STILL_TICKS: usize = 3;
+/// Ticks recorded from it on.
+const RINGING_TICKS: usize = 90;
+/// Vertices with more than this weight belong to a region.
+const MEMBER_WEIGHT: f32 = 0.6;
+
+/// A region whose tissue is made stiffer or softer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResonanceTest {
+    /// The region.
+    pub region: Region,
+    /// Factor on its stiffness.
+    pub stiffness: f32,
+}
+
+/// How a region rings.
+#[derive(Clone, Debug)]
+pub struct Resonance {
+    /// What was changed.
+    pub test: ResonanceTest,
+    /// In the simulator.
+    pub simulated: Ringing,
+    /// As each contestant predicts it; none for those without materials among their features.
+    pub predicted: Vec<Option<Ringing>>,
+}
+
+/// Chest and belly at half, usual and double stiffness.
+pub fn tests() -> Vec<ResonanceTest> {
+    let regions = [Region::Chest, Region::Belly];
+    let of_region = |region| [0.5, 1.0, 2.0].map(|stiffness| ResonanceTest { region, stiffness });
+    regions.into_iter().flat_map(of_region).collect()
+}
+
+/// Jerks the mean body upwards at rest, in the simulator and in every network that knows materials,
+/// and fits a damped sine to the vertical ringing of the region, by the same estimator for both.
+///
+/// # Errors
+/// [`TrainError::Shell`], [`TrainError::Sim`], [`TrainError::Runtime`].
+pub fn resonances(
+    contestants: &mut [Contestant],
+    model: &BodyModel,
+    settings: &SimSettings,
+    tests: &[ResonanceTest],
+) -> Result<Vec<Resonance>, TrainError> {
+    let motion = jerk();
+    let clips = tests
+        .par_iter()
+        .map(|test| {
+            let mut stiffness = [1.0; REGION_COUNT];
+            stiffness[test.region as usize] = test.stiffness;
+            let materials = Materials {
+                stiffness,
+                ..Materials::NOMINAL
+            };
+            simulated(model, settings, &motion, [0.0; SHAPE_COUNT], materials)
+        })
+        .collect::<Result<Vec<ClipData>, TrainError>>()?;
+    let mut resonances = Vec::new();
+    for (test, clip) in tests.iter().zip(clips) {
+        let ringing = |offsets_m: &[f32]| ringing(model, &clip.vertices, test.region, offsets_m);
+        let mut predicted = Vec::new();
+        for contestant in contestants.iter_mut() {
+            let knows = contestant
+                .feature_kind()
+                .is_some_and(|kind| kind.has_materials());
+            predicted.push(match knows {
+                true => Some(ringing(&contestant.predict(model, &motion, &clip)?)),
+                false => None,
+            });
+        }
+        resonances.push(Resonance {
+            test: *test,
+            simulated: ringing(&crate::data::offsets_of(&clip)),
+            predicted,
+        });
+    }
+    Ok(resonances)
+}
+
+/// A body at rest that suddenly moves upwards at constant speed.
+fn jerk() -> Clip {
+    let pose = |tick: usize| {
+        let mut pose = Pose::REST;
+        let moving = (tick + 1).saturating_sub(STILL_TICKS) as f64;
+        pose.root_translation_m.y += SPEED_M_PER_S * moving / MODEL_RATE_HZ;
+        pose
+    };
+    Clip {
+        name: "jerk".into(),
+        rate_hz: MODEL_RATE_HZ,
+        frames: (0..STILL_TICKS + RINGING_TICKS).map(pose).collect(),
+    }
+}
+
+fn ringing(model: &BodyModel, vertices: &[u32], region: Region, offsets_m: &[f32]) -> Ringing {
+    let weights = &model.region_weights[region as usize];
+    let members: Vec<usize> = (0..vertices.len())
+        .filter(|slot| weights[vertices[*slot] as usize] > MEMBER_WEIGHT)
+        .collect();
+    let frames = offsets_m.chunks_exact(3 * vertices.len());
+    let trace_m: Vec<f32> = frames
+        .skip(STILL_TICKS)
+        .map(|frame| mean(members.iter().map(|slot| f64::from(frame[3 * slot + 1]))) as f32)
+        .collect();
+    Ringing::fit(&trace_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use dynaskin_runtime::features::{FeatureKind, GRAVITY_M_S2, Materials, clip_features};
+
+    use super::*;
+    use crate::fixture;
+
+    #[test]
+    fn the_jerk_is_one_tick_of_acceleration() {
+        let joints_rest_m = fixture::symmetric_body(2).joint_template_m;
+        let kind = FeatureKind::InertialMaterials;
+        let shape = [0.0; SHAPE_COUNT];
+        let features = clip_features(kind, &jerk(), &joints_rest_m, &shape, &Materials::default());
+        let features = features.expect("features");
+        let upwards: Vec<f64> = features
+            .chunks_exact(kind.count())
+            .map(|frame| f64::from(frame[1]) - GRAVITY_M_S2)
+            .collect();
+        for (tick, acceleration) in upwards.iter().enumerate() {
+            let expected = if tick == STILL_TICKS {
+                SPEED_M_PER_S * MODEL_RATE_HZ
+            } else {
+                0.0
+            };
+            assert!(
+                (acceleration - expected).abs() < 1e-3,
+                "{tick}: {acceleration}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_region_s_vertical_ringing_is_measured() {
+        let model = fixture::symmetric_body(2);
+        let vertices = [0, 1, 2, 3];
+        let mut offsets_m = vec![0.0f32; 12 * (STILL_TICKS + RINGING_TICKS)];
+        for tick in 0..RINGING_TICKS {
+            let t = tick as f64 / MODEL_RATE_HZ;
+            let y = 0.01 * (-4.0 * t).exp() * (std::f64::consts::TAU * 3.2 * t).sin();
+            for slot in 0..4 {
+                offsets_m[12 * (STILL_TICKS + tick) + 3 * slot + 1] = y as f32;
+            }
+        }
+        let found = ringing(&model, &vertices, Region::Belly, &offsets_m);
+        assert!((found.frequency_hz / 3.2 - 1.0).abs() < 0.01, "{found:?}");
+    }
+}
