@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use burn::module::Module;
 use burn::optim::{ModuleOptimizer, OptimizerRecord};
 use burn::store::{ModuleRecord, RecordError};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::TrainError;
-use crate::config::TrainConfig;
-use crate::predictor::Predictor;
 
 /// What one epoch came to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,10 +33,11 @@ pub struct Checkpoint {
     dir: PathBuf,
 }
 
+/// What `state.json` holds: settings `C` and one record `R` an epoch.
 #[derive(Serialize, Deserialize)]
-struct State {
-    config: TrainConfig,
-    history: Vec<EpochRecord>,
+struct State<C, R> {
+    config: C,
+    history: Vec<R>,
 }
 
 impl Checkpoint {
@@ -85,12 +86,12 @@ impl Checkpoint {
 
     /// Writes the state after an epoch. `state.json` comes last and by renaming: a run that is
     /// killed in between leaves the weights of one epoch more than the history tells, no less.
-    pub(crate) fn save(
+    pub(crate) fn save<M: Module>(
         &self,
-        model: &Predictor,
+        model: &M,
         optimizer: &ModuleOptimizer,
-        config: &TrainConfig,
-        history: &[EpochRecord],
+        config: &impl Serialize,
+        history: &[impl Serialize],
         best: bool,
     ) -> Result<(), TrainError> {
         let replace = |path: PathBuf, save: &dyn Fn(&Path) -> Result<(), RecordError>| {
@@ -106,48 +107,45 @@ impl Checkpoint {
             plain.clone().into_record().save(part)
         })?;
         replace(self.optimizer(), &|part| optimizer.to_record().save(part))?;
-        self.write_losses(history)?;
-        let state = serde_json::to_string_pretty(&State {
-            config: config.clone(),
-            history: history.to_vec(),
-        })
-        .map_err(|error| unusable(&self.state(), error.to_string()))?;
+        let failed = |error: serde_json::Error| unusable(&self.state(), error.to_string());
+        let history = history.iter().map(serde_json::to_value);
+        let state = State {
+            config: serde_json::to_value(config).map_err(failed)?,
+            history: history.collect::<Result<Vec<_>, _>>().map_err(failed)?,
+        };
+        self.write_losses(&state.history)?;
+        let state = serde_json::to_string_pretty(&state).map_err(failed)?;
         let part = self.dir.join("state.part");
         fs::write(&part, state).map_err(TrainError::io(&part, "writing"))?;
         fs::rename(&part, self.state()).map_err(TrainError::io(&part, "renaming"))
     }
 
-    fn write_losses(&self, history: &[EpochRecord]) -> Result<(), TrainError> {
-        let mut csv =
-            String::from("epoch,training_loss_mm,validation_loss_mm,validation_ratio,seconds\n");
-        for record in history {
-            csv.push_str(&format!(
-                "{},{},{},{},{:.3}\n",
-                record.epoch,
-                record.training_loss_mm,
-                record.validation_loss_mm,
-                record.validation_ratio,
-                record.seconds
-            ));
+    /// One line an epoch, with the fields of its record.
+    fn write_losses(&self, history: &[Value]) -> Result<(), TrainError> {
+        let records = history.iter().filter_map(Value::as_object);
+        let mut csv = String::new();
+        for (index, record) in records.enumerate() {
+            if index == 0 {
+                let names: Vec<&str> = record.keys().map(String::as_str).collect();
+                csv = names.join(",") + "\n";
+            }
+            let fields: Vec<String> = record.values().map(Value::to_string).collect();
+            csv += &(fields.join(",") + "\n");
         }
         let path = self.dir.join("losses.csv");
         fs::write(&path, csv).map_err(TrainError::io(&path, "writing"))
     }
 
-    /// Takes up an earlier run of the same settings (the number of epochs may differ).
-    pub(crate) fn load(
+    /// Takes up an earlier run, if `same` finds its settings to be those of this one.
+    pub(crate) fn load<M: Module, C: DeserializeOwned, R: DeserializeOwned>(
         &self,
-        model: Predictor,
+        model: M,
         optimizer: &mut ModuleOptimizer,
-        config: &TrainConfig,
-    ) -> Result<(Predictor, Vec<EpochRecord>), TrainError> {
+        same: impl FnOnce(C) -> bool,
+    ) -> Result<(M, Vec<R>), TrainError> {
         let path = self.state();
-        let state = self.read_state()?;
-        let same = TrainConfig {
-            epochs: config.epochs,
-            ..state.config
-        };
-        if same != *config {
+        let state: State<C, R> = self.read_state()?;
+        if !same(state.config) {
             return Err(unusable(&path, "it was made with other settings".into()));
         }
         let model = load_weights(&self.weights(), model)?;
@@ -163,23 +161,26 @@ impl Checkpoint {
     /// # Errors
     /// [`TrainError::Io`], [`TrainError::Checkpoint`].
     pub fn seconds(&self) -> Result<f64, TrainError> {
-        let state = self.read_state()?;
-        Ok(state.history.iter().map(|epoch| epoch.seconds).sum())
+        let state: State<Value, Value> = self.read_state()?;
+        let seconds = |epoch: &Value| epoch.get("seconds").and_then(Value::as_f64);
+        Ok(state.history.iter().filter_map(seconds).sum())
     }
 
-    fn read_state(&self) -> Result<State, TrainError> {
+    fn read_state<C: DeserializeOwned, R: DeserializeOwned>(
+        &self,
+    ) -> Result<State<C, R>, TrainError> {
         let path = self.state();
         let text = fs::read_to_string(&path).map_err(TrainError::io(&path, "reading"))?;
         serde_json::from_str(&text).map_err(|error| unusable(&path, error.to_string()))
     }
 
     /// The weights of the best epoch.
-    pub(crate) fn load_best(&self, model: Predictor) -> Result<Predictor, TrainError> {
+    pub(crate) fn load_best<M: Module>(&self, model: M) -> Result<M, TrainError> {
         load_weights(&self.best(), model)
     }
 }
 
-fn load_weights(path: &Path, model: Predictor) -> Result<Predictor, TrainError> {
+fn load_weights<M: Module>(path: &Path, model: M) -> Result<M, TrainError> {
     let record = ModuleRecord::load(path).map_err(|error| unusable(path, error.to_string()))?;
     model
         .try_load_record(record)

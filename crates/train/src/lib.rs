@@ -21,6 +21,7 @@ mod methods;
 mod mirror;
 mod normaliser;
 mod pca;
+mod placement;
 mod player;
 mod predictor;
 mod prepare;
@@ -40,12 +41,14 @@ pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};
 pub use export::{decoder_onnx, predictor_onnx};
 pub use lanes::Sequence;
 pub use locality::Locality;
+pub use methods::dsnet;
 pub use methods::{
     DmplConfig, Method, Networks, SpringBonesConfig, TrainingInput, train_dmpl, train_spring_bones,
 };
 pub use mirror::Mirror;
 pub use normaliser::Normaliser;
 pub use pca::Basis;
+pub use placement::{Placement, PlacementErrors, evaluate_placements};
 pub use player::Player;
 pub use predictor::{Predictor, PredictorSizes, PredictorState};
 pub use prepare::{Prepared, prepare};

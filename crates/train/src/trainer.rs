@@ -96,7 +96,12 @@ pub fn train(
         .init();
     let mut history = Vec::new();
     if resume {
-        (model, history) = checkpoint.load(model, &mut optimizer, config)?;
+        // The number of epochs may differ.
+        let same = |earlier: TrainConfig| {
+            let epochs = config.epochs;
+            TrainConfig { epochs, ..earlier } == *config
+        };
+        (model, history) = checkpoint.load(model, &mut optimizer, same)?;
     } else {
         checkpoint.clear()?;
     }

@@ -6,6 +6,7 @@ pub mod fit;
 pub mod fit_check;
 pub mod simulate;
 pub mod train;
+pub mod train_dsnet;
 
 use std::io::Write as _;
 

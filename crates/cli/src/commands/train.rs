@@ -19,6 +19,7 @@ use dynaskin_train::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::say;
+use super::train_dsnet::DsnetArgs;
 
 /// Arguments of `dynaskin train`.
 #[derive(Debug, Args)]
@@ -28,22 +29,22 @@ pub struct TrainArgs {
     data: PathBuf,
     /// What to train.
     #[arg(long, value_parser = method, default_value = "dynaskin")]
-    method: Method,
+    pub(super) method: Method,
     /// The body GLB that the clips were simulated on.
     #[arg(long)]
     body: PathBuf,
     /// Folder to write the bundle into.
     #[arg(long)]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Folder of the training state; `checkpoint` in the output folder unless given.
     #[arg(long)]
-    checkpoint: Option<PathBuf>,
+    pub(super) checkpoint: Option<PathBuf>,
     /// Go on with the run whose state is in the checkpoint folder.
     #[arg(long)]
-    resume: bool,
+    pub(super) resume: bool,
     /// Forget the run whose state is in the checkpoint folder, and begin anew.
     #[arg(long, conflicts_with = "resume")]
-    restart: bool,
+    pub(super) restart: bool,
     /// What is held out, as JSON; the project's own split unless given.
     #[arg(long)]
     split: Option<PathBuf>,
@@ -86,6 +87,8 @@ pub struct TrainArgs {
     /// Do not learn from mirror images.
     #[arg(long)]
     no_mirror: bool,
+    #[command(flatten)]
+    pub(super) dsnet: DsnetArgs,
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -145,6 +148,7 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
             };
             timed(|progress| train_dmpl(input, &config, progress))?
         }
+        Method::Dsnet | Method::DsnetRbf => super::train_dsnet::train(args, input)?,
         other => bail!("{} cannot be trained yet", other.label()),
     };
 

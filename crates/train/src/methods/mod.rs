@@ -1,6 +1,7 @@
 //! The methods that are trained on the same data and compared in one table.
 
 mod dmpl;
+pub mod dsnet;
 mod spring_bones;
 
 use dynaskin_body::BodyModel;

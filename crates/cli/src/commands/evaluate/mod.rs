@@ -12,11 +12,12 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
 use clap::Args;
+use dynaskin_body::BodyModel;
 use dynaskin_runtime::Bundle;
-use dynaskin_train::{DataSet, Player, Split};
+use dynaskin_train::{DataSet, Placement, Player, Set, Split, Tissue, evaluate_placements};
 
 use super::say;
-use super::train::{measure, read_body, summary};
+use super::train::{clip_bar, measure, read_body, summary};
 
 /// Arguments of `dynaskin evaluate`.
 #[derive(Debug, Args)]
@@ -30,6 +31,9 @@ pub struct EvaluateArgs {
     /// The body GLB, where it is not in the bundle's folder.
     #[arg(long)]
     body: Option<PathBuf>,
+    /// Play the held-out motions moved by 3 m and 10 m and turned by 90° and 180° instead.
+    #[arg(long)]
+    moved: bool,
     /// What is held out, as JSON; what the bundle was trained without unless given.
     #[arg(long)]
     split: Option<PathBuf>,
@@ -67,6 +71,9 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
             args.model.display()
         );
     }
+    if args.moved {
+        return say_moved(&mut player, &data_set, &body);
+    }
     let Some(path) = &args.report else {
         let report = measure(&mut player, &data_set, &body)?;
         say(&summary(&report));
@@ -87,6 +94,36 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     };
     page::write(path, &subject, found)?;
     say(&format!("report written to {}", path.display()));
+    Ok(())
+}
+
+/// Prints errors over static of the held-out motions of the usual tissue, played elsewhere.
+fn say_moved(player: &mut Player, data_set: &DataSet, body: &BodyModel) -> anyhow::Result<()> {
+    let clips: Vec<_> = data_set.of_set(Set::UnseenMotion, Tissue::Usual).collect();
+    let bar = clip_bar("playing held-out motions");
+    let clips = clips.into_iter();
+    let errors = evaluate_placements(
+        player,
+        data_set,
+        body,
+        clips,
+        &Placement::ALL,
+        |done, all| {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        },
+    )?;
+    bar.finish_and_clear();
+    say("held-out motions         static mm  error mm  error/static");
+    for errors in errors {
+        say(&format!(
+            "{:24} {:9.2} {:9.2} {:13.3}",
+            errors.placement.label(),
+            errors.static_mm,
+            errors.error_mm,
+            errors.ratio
+        ));
+    }
     Ok(())
 }
 
