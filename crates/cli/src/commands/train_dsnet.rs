@@ -13,7 +13,7 @@ use super::train::{TrainArgs, clip_bar};
 /// Arguments of the two methods.
 #[derive(Debug, Args)]
 pub struct DsnetArgs {
-    /// DSNet: the sizes and learning rates of the paper. It needs a day rather than minutes.
+    /// DSNet: the sizes and learning rates of the paper. Not made for two cores.
     #[arg(long)]
     dsnet_published: bool,
     /// DSNet: passes over the sequences.

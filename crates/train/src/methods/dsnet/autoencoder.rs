@@ -5,11 +5,11 @@
 //! which make the list shorter and keep the channels, then through one dense layer to the latents. The
 //! decoder is the mirror image, with transposed convolutions. The paper does not name an activation;
 //! here it is tanh after every layer but the last of each half: most offsets are far below the largest,
-//! where tanh is nearly linear, and with ReLU twelve layers of few channels learned much more slowly.
+//! where tanh is nearly linear. (On the fields of `tests/dsnet.rs` thirty epochs came to 0.57 of static
+//! with ReLU and Kaiming's first weights, and to less than 0.25 so.)
 //!
 //! Fields are `[frame, vertex, channel]`, and a convolution is one matrix product: neighbours are laid
-//! side by side first. That is several times as fast as burn's own convolutions on a CPU, whose
-//! gradients are not made for a few channels and thousands of cells.
+//! side by side first. So forward and backward are matrix products, which burn's CPU backend is good at.
 
 use burn::module::{Module, Param};
 use burn::nn::Initializer;
