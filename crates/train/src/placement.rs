@@ -53,8 +53,12 @@ impl Placement {
 
     /// `motion` played there.
     pub fn apply(self, motion: &Clip) -> Clip {
-        let turn = DQuat::from_rotation_y(self.turn_rad);
         let mut placed = motion.clone();
+        if self.shift_m == 0.0 && self.turn_rad == 0.0 {
+            // To the last digit.
+            return placed;
+        }
+        let turn = DQuat::from_rotation_y(self.turn_rad);
         let start = motion.frames.first().map(|pose| pose.root_translation_m);
         let start = start.unwrap_or_default();
         for pose in &mut placed.frames {

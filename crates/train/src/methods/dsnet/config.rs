@@ -72,8 +72,8 @@ impl AutoencoderSizes {
     /// Those of the paper, as far as it tells.
     ///
     /// It gives 100 latents, the layers and 33,626,606 parameters for 6,890 vertices, but neither
-    /// channels nor kernels nor strides. These here have 33,626,315: what is missing, 291, would be
-    /// one more dense layer from 96 to 3 channels. No other round numbers were found to come close.
+    /// channels nor kernels nor strides. These here have 33,626,215, the nearest that was found with
+    /// round numbers.
     pub const PUBLISHED: Self = Self {
         channels: [48, 96],
         kernel: 5,
