@@ -17,10 +17,10 @@ use crate::TrainError;
 pub struct EpochRecord {
     /// The epoch, from 1.
     pub epoch: usize,
-    /// Mean training loss in millimetres.
-    pub training_loss_mm: f32,
-    /// Mean validation loss in millimetres.
-    pub validation_loss_mm: f32,
+    /// Mean training loss, in millimetres unless the network says otherwise.
+    pub training_loss: f32,
+    /// Mean validation loss in the same unit.
+    pub validation_loss: f32,
     /// Validation loss over that of predicting no offset at all.
     pub validation_ratio: f32,
     /// Wall-clock seconds.

@@ -10,6 +10,7 @@ mod card;
 mod checkpoint;
 mod config;
 mod data;
+mod epochs;
 mod error;
 mod evaluate;
 mod export;
@@ -43,7 +44,9 @@ pub use lanes::Sequence;
 pub use locality::Locality;
 pub use methods::dsnet;
 pub use methods::{
-    DmplConfig, Method, Networks, SpringBonesConfig, TrainingInput, train_dmpl, train_spring_bones,
+    AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, DmplConfig,
+    Method, Networks, RegressorConfig, RunFolder, SpringBonesConfig, SubspaceErrors, TrainingInput,
+    compare_subspaces, train_casas_otaduy, train_dmpl, train_spring_bones,
 };
 pub use mirror::Mirror;
 pub use normaliser::Normaliser;

@@ -1,9 +1,6 @@
 //! The training loop of the predictor: AdamW, cosine decay, checkpoints, early best.
 
-use std::time::Instant;
-
 use burn::grad_clipping::GradientClippingConfig;
-use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 
@@ -11,16 +8,13 @@ use crate::TrainError;
 use crate::blocks::Block;
 use crate::checkpoint::{Checkpoint, EpochRecord};
 use crate::config::TrainConfig;
+use crate::epochs::{EpochRun, Validation, rate_share};
 use crate::lanes::{Batch, Lanes, Sequence};
 use crate::locality::Locality;
 use crate::predictor::{Predictor, PredictorSizes};
 
 /// Rounds the corner of the loss at zero error, in millimetres: below it frames count as done.
 const LOSS_FLOOR_MM: f32 = 0.05;
-/// Share of the steps in which the learning rate rises from zero.
-const WARM_UP: f64 = 0.03;
-/// The learning rate ends at this share of its peak.
-const LAST_RATE: f64 = 0.01;
 const VALIDATION_LANES: usize = 32;
 
 /// The predictor's data: sequences, and what turns latents into vertex errors.
@@ -88,54 +82,27 @@ pub fn train(
         hidden: config.hidden,
         latent: data.deviation_m.len(),
     };
-    let mut model = Predictor::new(sizes, &data.locality, &device);
-    let mut optimizer = AdamWConfig::new()
+    let model = Predictor::new(sizes, &data.locality, &device);
+    let optimizer = AdamWConfig::new()
         .with_weight_decay(config.weight_decay)
         .with_epsilon(1e-8)
         .with_grad_clipping(Some(GradientClippingConfig::Norm(config.clip_norm)))
         .init();
-    let mut history = Vec::new();
-    if resume {
-        // The number of epochs may differ.
-        let same = |earlier: TrainConfig| {
-            let epochs = config.epochs;
-            TrainConfig { epochs, ..earlier } == *config
-        };
-        (model, history) = checkpoint.load(model, &mut optimizer, same)?;
-    } else {
-        checkpoint.clear()?;
-    }
     let metric = Metric::new(data, &device);
     let plain_metric = Metric::new(data, &Device::flex());
-    let first_epoch = history.len();
-    for epoch in first_epoch..config.epochs {
-        let start = Instant::now();
-        let (next, loss_mm) = run_epoch(data, config, epoch, model, &mut optimizer, &metric)?;
-        model = next;
-        let validation = validate(&model.valid(), data, config, &plain_metric);
-        let record = EpochRecord {
-            epoch: epoch + 1,
-            training_loss_mm: loss_mm,
-            validation_loss_mm: validation.loss_mm,
-            validation_ratio: validation.ratio,
-            seconds: start.elapsed().as_secs_f64(),
-        };
-        let best = history
-            .iter()
-            .all(|earlier: &EpochRecord| record.validation_ratio < earlier.validation_ratio);
-        history.push(record.clone());
-        checkpoint.save(&model, &optimizer, config, &history, best)?;
-        progress(&record);
-    }
-    let best = history
-        .iter()
-        .min_by(|a, b| a.validation_ratio.total_cmp(&b.validation_ratio))
-        .cloned()
-        .ok_or_else(|| TrainError::Config {
-            setting: "epochs",
-            got: "0".into(),
-            expected: "1 or more".into(),
-        })?;
+    let run = EpochRun {
+        checkpoint,
+        config,
+        epochs: config.epochs,
+        resume,
+    };
+    let best = run.run(
+        model,
+        optimizer,
+        |epoch, model, optimizer| run_epoch(data, config, epoch, model, optimizer, &metric),
+        |model| validate(model, data, config, &plain_metric),
+        &mut progress,
+    )?;
     let model = checkpoint.load_best(Predictor::new(sizes, &data.locality, &Device::flex()))?;
     Ok((model, best))
 }
@@ -178,19 +145,6 @@ fn run_epoch(
     Ok((model, (sum / frames.max(1) as f64) as f32))
 }
 
-/// The learning rate's share of its peak after `done` (0..1) of all steps.
-fn rate_share(done: f64) -> f64 {
-    let warm_up = (done / WARM_UP).min(1.0);
-    let cosine = 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
-    warm_up * (LAST_RATE + (1.0 - LAST_RATE) * cosine)
-}
-
-/// Validation loss, and error over static (offset 0), both in the subspace.
-struct Validation {
-    loss_mm: f32,
-    ratio: f32,
-}
-
 fn validate(
     model: &Predictor,
     data: &PredictorData,
@@ -218,7 +172,7 @@ fn validate(
         frames += batch.frames;
     }
     Validation {
-        loss_mm: (error / frames.max(1) as f64) as f32,
+        loss: (error / frames.max(1) as f64) as f32,
         ratio: (error / still.max(f64::MIN_POSITIVE)) as f32,
     }
 }

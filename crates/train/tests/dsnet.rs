@@ -69,7 +69,7 @@ fn the_autoencoder_learns_a_curved_family_of_fields_and_can_be_resumed() {
     let dir = tempfile::tempdir().expect("a folder");
     let train = |folder: &Path, config: &DsnetConfig, resume: bool| {
         let mut ratios = Vec::new();
-        let progress = &mut |epoch: &StageEpoch| ratios.push(epoch.validation_ratio);
+        let progress = &mut |epoch: &StageEpoch| ratios.push(epoch.record.validation_ratio);
         train_autoencoder(&frames, config, folder, resume, progress).expect("training succeeds");
         ratios
     };
@@ -137,7 +137,7 @@ fn both_variants_learn_a_lag_whose_size_the_shape_sets() {
         };
         let dir = tempfile::tempdir().expect("a folder");
         let mut ratios = Vec::new();
-        let progress = &mut |epoch: &StageEpoch| ratios.push(epoch.validation_ratio);
+        let progress = &mut |epoch: &StageEpoch| ratios.push(epoch.record.validation_ratio);
         train_predictor(&data, inputs, &config(), dir.path(), false, progress)
             .expect("training succeeds");
         let best = ratios.iter().copied().fold(f32::INFINITY, f32::min);

@@ -100,7 +100,7 @@ fn the_seed_fixes_the_numbers_and_a_resumed_run_ends_the_same() {
         let checkpoint = Checkpoint::new(dir).expect("a checkpoint");
         let mut losses = Vec::new();
         train(&data, &config(4), &checkpoint, resume, |record| {
-            losses.push((record.training_loss_mm, record.validation_ratio));
+            losses.push((record.training_loss, record.validation_ratio));
             if losses.len() == epochs {
                 // A run that is killed leaves its files as they are after an epoch.
                 copy(dir, &dir.with_extension("killed"));

@@ -6,9 +6,7 @@ pub mod fit;
 pub mod fit_check;
 pub mod simulate;
 pub mod train;
-pub mod train_dsnet;
-
-use std::io::Write as _;
+pub use std::io::Write as _;
 
 /// Prints a line of results to standard output (progress goes to standard error). A reader that
 /// closed the pipe, such as `head`, is no reason to stop.

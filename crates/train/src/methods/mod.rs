@@ -1,5 +1,6 @@
 //! The methods that are trained on the same data and compared in one table.
 
+mod casas_otaduy;
 mod dmpl;
 pub mod dsnet;
 mod spring_bones;
@@ -15,6 +16,11 @@ use crate::split::Set;
 
 pub use dmpl::{DmplConfig, train_dmpl};
 pub use spring_bones::{SpringBonesConfig, train_spring_bones};
+
+pub use casas_otaduy::{
+    AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, RegressorConfig,
+    RunFolder, SubspaceErrors, compare_subspaces, train_casas_otaduy,
+};
 
 /// A way to predict soft tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;
@@ -12,9 +11,10 @@ use serde_json::json;
 
 use super::autoencoder::Autoencoder;
 use super::config::{AutoencoderSizes, DsnetConfig};
-use super::stage::{Losses, Run, Stage, StageEpoch, Trained, finite};
+use super::stage::{Run, Stage, StageEpoch, Trained, finite};
 use crate::TrainError;
 use crate::data::{ClipEntry, DataSet, Tissue};
+use crate::epochs::Validation;
 use crate::split::Set;
 
 /// Frames that are encoded or decoded at once outside training.
@@ -222,15 +222,17 @@ pub fn train_autoencoder(
             let rate = run.rate(epoch as f64 + index as f64 / count as f64);
             model = optimizer.step(rate, model, gradients);
         }
-        let (error, size) = compressor(model.valid()).errors_mm(&frames.validation);
-        let losses = Losses {
-            training: (sum / count as f64) as f32,
-            validation: finite(error, epoch)?,
-            ratio: error / size.max(f32::MIN_POSITIVE),
-        };
-        Ok((model, losses))
+        Ok((model, (sum / count as f64) as f32))
     };
-    let trained = run.train(Autoencoder::new(&sizes, vertices, &device), epoch, progress)?;
+    let validation = |model: &Autoencoder| {
+        let (error_mm, size_mm) = compressor(model.clone()).errors_mm(&frames.validation);
+        Validation {
+            loss: error_mm,
+            ratio: error_mm / size_mm.max(f32::MIN_POSITIVE),
+        }
+    };
+    let model = Autoencoder::new(&sizes, vertices, &device);
+    let trained = run.train(model, epoch, validation, progress)?;
     Ok(Trained {
         model: compressor(trained.model),
         best_epoch: trained.best_epoch,

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Int, Tensor, TensorData};
 use rand::seq::SliceRandom;
@@ -12,8 +11,9 @@ use serde_json::json;
 
 use super::config::DsnetConfig;
 use super::predictor::{DsnetPredictor, Sequences};
-use super::stage::{Losses, Run, Stage, StageEpoch, Trained, finite};
+use super::stage::{Run, Stage, StageEpoch, Trained, finite};
 use crate::TrainError;
+use crate::epochs::Validation;
 
 /// Keeps the root's slope finite where a prediction is exact.
 const SMALLEST_SQUARE: f32 = 1e-8;
@@ -146,25 +146,20 @@ pub fn train_predictor(
             let rate = run.rate(epoch as f64 + index as f64 / count as f64);
             model = optimizer.step(rate, model, gradients);
         }
-        let (error, still) = validate(&model.valid(), data, widths, config);
-        let losses = Losses {
-            training: (sum / count as f64) as f32,
-            validation: finite(error, epoch)?,
-            ratio: error / still.max(f32::MIN_POSITIVE),
-        };
-        Ok((model, losses))
+        Ok((model, (sum / count as f64) as f32))
     };
-    run.train(model, epoch, progress)
+    let validation = |model: &DsnetPredictor| validate(model, data, widths, config);
+    run.train(model, epoch, validation, progress)
 }
 
-/// Mean distance in latent space over the frames of the validation clips, never their padding, and the
-/// same for predicting no offset.
+/// Mean distance in latent space over the frames of the validation clips, never their padding, beside
+/// that of predicting no offset.
 fn validate(
     model: &DsnetPredictor,
     data: &LatentData,
     widths: (usize, usize),
     config: &DsnetConfig,
-) -> (f32, f32) {
+) -> Validation {
     let device = Device::flex();
     let rest = TensorData::new(data.rest.clone(), [1, data.rest.len()]);
     let rest = Tensor::<2>::from_data(rest, &device);
@@ -180,8 +175,10 @@ fn validate(
         still += rows as f64 * mean(rest.clone().repeat_dim(0, rows));
         frames += rows as f64;
     }
-    let frames = frames.max(1.0);
-    ((error / frames) as f32, (still / frames) as f32)
+    Validation {
+        loss: (error / frames.max(1.0)) as f32,
+        ratio: (error / still.max(f64::MIN_POSITIVE)) as f32,
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,6 @@
-//! What training the autoencoder and training the predictor have in common: epochs, the best of
-//! them, checkpoints, resuming.
+//! What training the autoencoder and training the predictor have in common.
 
 use std::path::Path;
-use std::time::Instant;
 
 use burn::module::Module;
 use burn::optim::{AdamConfig, ModuleOptimizer};
@@ -10,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::TrainError;
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{Checkpoint, EpochRecord};
+use crate::epochs::{EpochRun, Validation};
 
 /// One of the two networks that DSNet trains, one after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,29 +22,14 @@ pub enum Stage {
 }
 
 /// What one epoch of a stage came to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StageEpoch {
     /// The network.
     pub stage: Stage,
-    /// The epoch, from 1.
-    pub epoch: usize,
-    /// Of how many.
+    /// Of how many epochs.
     pub epochs: usize,
-    /// Mean loss while training.
-    pub training_loss: f32,
-    /// Mean loss on the validation set.
-    pub validation_loss: f32,
-    /// The same over that of no offset at all.
-    pub validation_ratio: f32,
-    /// Wall-clock seconds.
-    pub seconds: f64,
-}
-
-/// Losses of one epoch: training, validation, and validation over static.
-pub(super) struct Losses {
-    pub training: f32,
-    pub validation: f32,
-    pub ratio: f32,
+    /// The epoch and its losses.
+    pub record: EpochRecord,
 }
 
 /// Folder, settings and length of a stage.
@@ -72,50 +56,34 @@ pub struct Trained<M> {
 
 impl Run<'_> {
     /// Trains `model` for the epochs that are not done yet; gives the weights of the epoch with the
-    /// least validation loss. `epoch` is told the epoch (from 0) and takes the model through it.
+    /// least validation loss. `epoch` is told the epoch (from 0), takes the model through it and gives
+    /// the mean loss.
     pub fn train<M: Module>(
         &self,
         model: M,
-        mut epoch: impl FnMut(usize, M, &mut ModuleOptimizer) -> Result<(M, Losses), TrainError>,
+        epoch: impl FnMut(usize, M, &mut ModuleOptimizer) -> Result<(M, f32), TrainError>,
+        validate: impl Fn(&M) -> Validation,
         progress: &mut dyn FnMut(&StageEpoch),
     ) -> Result<Trained<M>, TrainError> {
         let checkpoint = Checkpoint::new(self.folder)?;
         // An untrained copy to load the best weights into.
         let fresh = model.valid();
-        let mut model = model;
-        let mut optimizer = AdamConfig::new().with_epsilon(1e-8).init();
-        let mut history: Vec<StageEpoch> = Vec::new();
-        if self.resume && checkpoint.holds_run() {
-            let same = |earlier: Value| earlier == self.settings;
-            (model, history) = checkpoint.load(model, &mut optimizer, same)?;
-        } else {
-            checkpoint.clear()?;
-        }
-        for index in history.len()..self.epochs {
-            let start = Instant::now();
-            let (next, losses) = epoch(index, model, &mut optimizer)?;
-            model = next;
-            let record = StageEpoch {
+        let run = EpochRun {
+            checkpoint: &checkpoint,
+            config: &self.settings,
+            epochs: self.epochs,
+            resume: self.resume && checkpoint.holds_run(),
+        };
+        let optimizer = AdamConfig::new().with_epsilon(1e-8).init();
+        let best = run.run(model, optimizer, epoch, validate, |record| {
+            progress(&StageEpoch {
                 stage: self.stage,
-                epoch: index + 1,
                 epochs: self.epochs,
-                training_loss: losses.training,
-                validation_loss: losses.validation,
-                validation_ratio: losses.ratio,
-                seconds: start.elapsed().as_secs_f64(),
-            };
-            let best = history
-                .iter()
-                .all(|earlier| record.validation_loss < earlier.validation_loss);
-            history.push(record.clone());
-            checkpoint.save(&model, &optimizer, &self.settings, &history, best)?;
-            progress(&record);
-        }
-        let best = history
-            .iter()
-            .min_by(|a, b| a.validation_loss.total_cmp(&b.validation_loss));
+                record: record.clone(),
+            });
+        })?;
         Ok(Trained {
-            best_epoch: best.map_or(0, |best| best.epoch),
+            best_epoch: best.epoch,
             seconds: checkpoint.seconds()?,
             model: checkpoint.load_best(fresh)?,
         })

@@ -2,13 +2,12 @@
 
 use std::time::Instant;
 
-use anyhow::bail;
 use clap::Args;
 use dynaskin_train::dsnet::{DsnetConfig, Progress, ShapeInput, Stage, StageEpoch, train_dsnet};
 use dynaskin_train::{Method, Networks, TrainingInput};
 
-use super::say;
-use super::train::{TrainArgs, clip_bar};
+use super::{TrainArgs, clip_bar};
+use crate::commands::say;
 
 /// Arguments of the two methods.
 #[derive(Debug, Args)]
@@ -82,14 +81,8 @@ impl DsnetArgs {
 /// Trains; gives the minutes it took, earlier runs of the checkpoint among them.
 pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
     let config = args.dsnet.config(args.method, input.seed);
-    let folder = args.checkpoint.clone();
-    let folder = folder.unwrap_or_else(|| args.out.join("checkpoint"));
-    if folder.join("autoencoder").exists() && !args.resume && !args.restart {
-        bail!(
-            "{} holds an earlier run: --resume goes on with it, --restart forgets it",
-            folder.display()
-        );
-    }
+    let folder = args.checkpoint_folder();
+    args.refuse_to_overwrite(folder.join("autoencoder").exists())?;
     let bar = clip_bar("reading clips");
     let mut clock = Clock::default();
     let progress = &mut |progress: Progress<'_>| match progress {
@@ -114,14 +107,14 @@ struct Clock {
 impl Clock {
     fn line(&mut self, epoch: &StageEpoch) -> String {
         let now = Instant::now();
-        let fresh = (epoch.stage, now, epoch.epoch);
+        let fresh = (epoch.stage, now, epoch.record.epoch);
         let since = self.since.filter(|since| since.0 == epoch.stage);
         let (_, start, first) = *self.since.insert(since.unwrap_or(fresh));
-        let seen = (epoch.epoch - first) as f64;
+        let seen = (epoch.record.epoch - first) as f64;
         let each = if seen > 0.0 {
             start.elapsed().as_secs_f64() / seen
         } else {
-            epoch.seconds
+            epoch.record.seconds
         };
         let (name, unit) = match epoch.stage {
             Stage::Autoencoder => ("autoencoder", " mm"),
@@ -130,13 +123,13 @@ impl Clock {
         format!(
             "{name} epoch {:3}/{}  loss {:.4}  validation {:.4}{unit}, {:.3} of static  {:.0} s, \
              {:.0} min left",
-            epoch.epoch,
+            epoch.record.epoch,
             epoch.epochs,
-            epoch.training_loss,
-            epoch.validation_loss,
-            epoch.validation_ratio,
-            epoch.seconds,
-            each * (epoch.epochs - epoch.epoch) as f64 / 60.0
+            epoch.record.training_loss,
+            epoch.record.validation_loss,
+            epoch.record.validation_ratio,
+            epoch.record.seconds,
+            each * (epoch.epochs - epoch.record.epoch) as f64 / 60.0
         )
     }
 }

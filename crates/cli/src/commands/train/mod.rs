@@ -1,6 +1,10 @@
 //! `dynaskin train`: from simulated clips to a measured bundle.
 
-use std::collections::BTreeSet;
+mod casas_otaduy;
+mod dsnet;
+mod dynaskin;
+mod facts;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -9,17 +13,17 @@ use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_body::BodyModel;
 use dynaskin_runtime::BundleFile;
-use dynaskin_runtime::features::FeatureKind;
 use dynaskin_train::{
-    BundleParts, Checkpoint, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Precision,
-    Predictor, Prepared, Report, Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError,
-    TrainingFacts, TrainingInput, decoder_onnx, evaluate, predictor_onnx, prepare, train,
+    BundleParts, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Report, RunFolder,
+    Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError, TrainingInput, evaluate,
     train_dmpl, train_spring_bones, write_bundle,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::say;
-use super::train_dsnet::DsnetArgs;
+use casas_otaduy::CasasOtaduyArgs;
+use dsnet::DsnetArgs;
+use facts::facts;
 
 /// Arguments of `dynaskin train`.
 #[derive(Debug, Args)]
@@ -29,22 +33,22 @@ pub struct TrainArgs {
     data: PathBuf,
     /// What to train.
     #[arg(long, value_parser = method, default_value = "dynaskin")]
-    pub(super) method: Method,
+    method: Method,
     /// The body GLB that the clips were simulated on.
     #[arg(long)]
     body: PathBuf,
     /// Folder to write the bundle into.
     #[arg(long)]
-    pub(super) out: PathBuf,
+    out: PathBuf,
     /// Folder of the training state; `checkpoint` in the output folder unless given.
     #[arg(long)]
-    pub(super) checkpoint: Option<PathBuf>,
+    checkpoint: Option<PathBuf>,
     /// Go on with the run whose state is in the checkpoint folder.
     #[arg(long)]
-    pub(super) resume: bool,
+    resume: bool,
     /// Forget the run whose state is in the checkpoint folder, and begin anew.
     #[arg(long, conflicts_with = "resume")]
-    pub(super) restart: bool,
+    restart: bool,
     /// What is held out, as JSON; the project's own split unless given.
     #[arg(long)]
     split: Option<PathBuf>,
@@ -88,7 +92,9 @@ pub struct TrainArgs {
     #[arg(long)]
     no_mirror: bool,
     #[command(flatten)]
-    pub(super) dsnet: DsnetArgs,
+    dsnet: DsnetArgs,
+    #[command(flatten)]
+    casas_otaduy: CasasOtaduyArgs,
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -99,6 +105,21 @@ fn method(name: &str) -> Result<Method, String> {
 }
 
 impl TrainArgs {
+    fn checkpoint_folder(&self) -> PathBuf {
+        let folder = self.checkpoint.clone();
+        folder.unwrap_or_else(|| self.out.join("checkpoint"))
+    }
+
+    fn refuse_to_overwrite(&self, holds_run: bool) -> anyhow::Result<()> {
+        if holds_run && !self.resume && !self.restart {
+            bail!(
+                "{} holds an earlier run: --resume goes on with it, --restart forgets it",
+                self.checkpoint_folder().display()
+            );
+        }
+        Ok(())
+    }
+
     fn config(&self) -> TrainConfig {
         TrainConfig {
             seed: self.seed,
@@ -135,7 +156,7 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
         seed: args.seed,
     };
     let (networks, minutes) = match args.method {
-        Method::Dynaskin => train_dynaskin(args, input)?,
+        Method::Dynaskin => dynaskin::train(args, input)?,
         Method::SpringBones => {
             timed(|progress| train_spring_bones(input, &SpringBonesConfig::default(), progress))?
         }
@@ -148,8 +169,21 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
             };
             timed(|progress| train_dmpl(input, &config, progress))?
         }
-        Method::Dsnet | Method::DsnetRbf => super::train_dsnet::train(args, input)?,
-        other => bail!("{} cannot be trained yet", other.label()),
+        Method::Dsnet | Method::DsnetRbf => dsnet::train(args, input)?,
+        Method::CasasOtaduy | Method::CasasOtaduyUnweighted => {
+            let folder = RunFolder {
+                path: &args.checkpoint_folder(),
+                resume: args.resume,
+            };
+            args.refuse_to_overwrite(folder.holds_run())?;
+            let common = casas_otaduy::Common {
+                epochs: args.epochs,
+                weighted: args.method == Method::CasasOtaduy,
+                folder,
+                out: &args.out,
+            };
+            casas_otaduy::train(&args.casas_otaduy, input, common)?
+        }
     };
 
     let facts = facts(
@@ -192,68 +226,8 @@ fn timed(
     Ok((networks, start.elapsed().as_secs_f64() / 60.0))
 }
 
-/// Trains our networks; gives the minutes it took, earlier runs of the checkpoint among them.
-fn train_dynaskin(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
-    let config = args.config();
-    config.check()?;
-    let folder = args.checkpoint.clone();
-    let folder = folder.unwrap_or_else(|| args.out.join("checkpoint"));
-    let checkpoint = Checkpoint::new(&folder)?;
-    if checkpoint.holds_run() && !args.resume && !args.restart {
-        bail!(
-            "{} holds an earlier run: --resume goes on with it, --restart forgets it",
-            folder.display()
-        );
-    }
-
-    let bar = clip_bar("reading clips");
-    let prepared = prepare(input.data_set, input.body, &config, |done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-    })?;
-    bar.finish_and_clear();
-
-    let start = Instant::now();
-    let mut epochs_seen = 0;
-    let (predictor, best) = train(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
-        epochs_seen += 1;
-        say(&epoch_line(
-            epoch,
-            config.epochs,
-            epochs_seen,
-            start.elapsed(),
-        ));
-    })?;
-    let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
-    Ok((networks, checkpoint.seconds()? / 60.0))
-}
-
-/// The trained parts as files of the contract.
-fn dynaskin_networks(
-    prepared: &Prepared,
-    predictor: &Predictor,
-    config: &TrainConfig,
-    best_epoch: usize,
-) -> anyhow::Result<Networks> {
-    Ok(Networks {
-        feature_kind: FeatureKind::InertialMaterials,
-        predictor_onnx: predictor_onnx(
-            predictor,
-            &prepared.normaliser,
-            &prepared.data.deviation_m,
-            Precision::Half,
-        )?,
-        decoder_onnx: decoder_onnx(&prepared.basis, Precision::Half)?,
-        latent_count: prepared.basis.components(),
-        parameters: predictor.weight_count() + prepared.basis.weight_count(),
-        description: config.description(),
-        config: serde_json::to_value(config)?,
-        best_epoch,
-    })
-}
-
 /// A body and its file.
-pub(super) fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
+pub(in crate::commands) fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
     let bytes =
         fs::read(path).with_context(|| format!("cannot read the body {}", path.display()))?;
     let body = BodyModel::from_glb(&bytes)
@@ -262,7 +236,7 @@ pub(super) fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
 }
 
 /// Plays the held-out clips and measures.
-pub(super) fn measure(
+pub(in crate::commands) fn measure(
     player: &mut Player,
     data_set: &DataSet,
     body: &BodyModel,
@@ -274,70 +248,6 @@ pub(super) fn measure(
     })?;
     bar.finish_and_clear();
     Ok(report)
-}
-
-/// What a bundle tells of its training; the last three are of the run.
-fn facts(
-    data_set: &DataSet,
-    networks: &Networks,
-    split: Split,
-    (method, seed, minutes): (Method, u64, f64),
-) -> TrainingFacts {
-    let tissue = Tissue::known_to(networks.feature_kind);
-    let training = || data_set.of_set(Set::Training, tissue);
-    let captured = training()
-        .filter(|clip| clip.name.subject.is_some())
-        .count();
-    let varied = training().filter(|clip| !clip.usual_tissue).count();
-    let shapes: BTreeSet<&str> = training().map(|clip| clip.name.shape.as_str()).collect();
-    let kinds: BTreeSet<&str> = training()
-        .filter(|clip| clip.name.subject.is_none())
-        .map(|clip| clip.name.trial.as_str())
-        .collect();
-    let formula = if kinds.is_empty() {
-        String::new()
-    } else {
-        let kinds: Vec<&str> = kinds.into_iter().collect();
-        format!(
-            " and {} clips of motions made by formula ({})",
-            training().count() - captured,
-            kinds.join(", ")
-        )
-    };
-    let longest = training().map(|clip| clip.frames).max().unwrap_or(0) as f64 / 60.0;
-    TrainingFacts {
-        method,
-        networks: networks.description.clone(),
-        data: format!(
-            "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {captured} clips of \
-             CMU motion captures (mocap.cs.cmu.edu){formula}, each at most {longest:.1} seconds; \
-             {varied} of them with tissue of other stiffness and damping.",
-            shapes.len()
-        ),
-        seed,
-        clips: training().count(),
-        frames: training().map(|clip| clip.frames).sum(),
-        validation_frames: data_set
-            .of_set(Set::Validation, tissue)
-            .map(|clip| clip.frames)
-            .sum(),
-        vertices: data_set.vertices.len(),
-        parameters: networks.parameters,
-        best_epoch: networks.best_epoch,
-        minutes,
-        config: networks.config.clone(),
-        split,
-        simulator: simulator(&data_set.sim_json),
-    }
-}
-
-/// What all clips of a data set share of how they were simulated: not the body shape.
-fn simulator(sim_json: &str) -> serde_json::Value {
-    let mut simulator: serde_json::Value = serde_json::from_str(sim_json).unwrap_or_default();
-    if let Some(fields) = simulator.as_object_mut() {
-        fields.remove("shape");
-    }
-    simulator
 }
 
 fn listing(data_set: &DataSet) -> String {
@@ -369,8 +279,8 @@ fn epoch_line(epoch: &EpochRecord, epochs: usize, seen: usize, elapsed: Duration
         "epoch {:3}/{epochs}  loss {:.3} mm  validation {:.3} mm, {:.3} of static  {:.0} s, {:.0} \
          min left",
         epoch.epoch,
-        epoch.training_loss_mm,
-        epoch.validation_loss_mm,
+        epoch.training_loss,
+        epoch.validation_loss,
         epoch.validation_ratio,
         epoch.seconds,
         left / 60.0
@@ -378,7 +288,7 @@ fn epoch_line(epoch: &EpochRecord, epochs: usize, seen: usize, elapsed: Duration
 }
 
 /// A report as lines of text.
-pub(super) fn summary(report: &Report) -> String {
+pub(in crate::commands) fn summary(report: &Report) -> String {
     let mut text = String::from(
         "set                      region       static mm  error mm  floor mm  error/static",
     );

@@ -1,0 +1,164 @@
+//! `dynaskin train --method casas-otaduy` and its sibling without weights.
+
+use std::path::Path;
+use std::time::Instant;
+
+use clap::Args;
+use dynaskin_train::{
+    AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, Networks,
+    RegressorConfig, RunFolder, TrainingInput, compare_subspaces, train_casas_otaduy,
+};
+
+use super::{clip_bar, epoch_line};
+use crate::commands::say;
+
+/// Settings of Casas & Otaduy's method.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Casas & Otaduy")]
+pub struct CasasOtaduyArgs {
+    /// Widths of the autoencoder: two layers and the latents.
+    #[arg(long, value_name = "OUTER,INNER,LATENTS", value_parser = widths)]
+    autoencoder_widths: Option<AutoencoderWidths>,
+    /// The paper's sizes: widths 6000,3000,100 and as many neurons as its rule asks for.
+    #[arg(long, conflicts_with_all = ["autoencoder_widths", "neurons"])]
+    published_size: bool,
+    /// Passes of the autoencoder's training.
+    #[arg(long, default_value_t = AutoencoderConfig::default().epochs)]
+    autoencoder_epochs: usize,
+    /// Frames of each of these passes, drawn from the training set.
+    #[arg(long, default_value_t = AutoencoderConfig::default().frames)]
+    autoencoder_frames: usize,
+    /// Neurons of the regressor's hidden layer.
+    #[arg(long)]
+    neurons: Option<usize>,
+    /// Ticks that the regressor goes on from its own latents in training; 1 is the paper's way.
+    #[arg(long, default_value_t = RegressorConfig::default().rollout)]
+    rollout: usize,
+    /// Noise on the true latents in training, in their deviations.
+    #[arg(long, default_value_t = RegressorConfig::default().latent_noise)]
+    latent_noise: f32,
+    /// Compare autoencoders of 50 and 100 latents with principal components on this held-out clip,
+    /// print the mean errors, and write them frame by frame to `subspaces.csv`.
+    #[arg(long, value_name = "CLIP")]
+    compare_subspaces: Option<String>,
+}
+
+/// What the common arguments say about this method.
+#[derive(Clone, Copy, Debug)]
+pub struct Common<'a> {
+    /// Passes over the training set.
+    pub epochs: usize,
+    /// Whether the loss weighs vertices by rigidity.
+    pub weighted: bool,
+    /// Where the state is kept.
+    pub folder: RunFolder<'a>,
+    /// Folder of the bundle.
+    pub out: &'a Path,
+}
+
+fn widths(text: &str) -> Result<AutoencoderWidths, String> {
+    let numbers: Result<Vec<usize>, _> = text.split(',').map(str::parse).collect();
+    match numbers.as_deref() {
+        Ok(&[outer, inner, latent]) => Ok(AutoencoderWidths {
+            outer,
+            inner,
+            latent,
+        }),
+        _ => Err("expected three numbers, such as 6000,3000,100".into()),
+    }
+}
+
+impl CasasOtaduyArgs {
+    fn config(&self, seed: u64, common: Common<'_>) -> CasasOtaduyConfig {
+        let mut autoencoder = AutoencoderConfig {
+            seed,
+            epochs: self.autoencoder_epochs,
+            frames: self.autoencoder_frames,
+            ..AutoencoderConfig::default()
+        };
+        let mut regressor = RegressorConfig {
+            seed,
+            epochs: common.epochs,
+            weighted: common.weighted,
+            rollout: self.rollout,
+            latent_noise: self.latent_noise,
+            ..RegressorConfig::default()
+        };
+        autoencoder.widths = self.autoencoder_widths.unwrap_or(autoencoder.widths);
+        regressor.hidden = self.neurons.or(regressor.hidden);
+        if self.published_size {
+            autoencoder.widths = AutoencoderWidths::PUBLISHED;
+            // All that the sample spans, where layers are this wide.
+            autoencoder.span = autoencoder.span_frames;
+            regressor.hidden = None;
+        }
+        CasasOtaduyConfig {
+            autoencoder,
+            regressor,
+        }
+    }
+}
+
+/// Trains the method; gives the minutes it took, too.
+pub fn train(
+    args: &CasasOtaduyArgs,
+    input: TrainingInput<'_>,
+    common: Common<'_>,
+) -> anyhow::Result<(Networks, f64)> {
+    let config = args.config(input.seed, common);
+    let (mut bar, mut start, mut seen) = (None, Instant::now(), ("", 0));
+    let mut progress = |progress: CasasOtaduyProgress<'_>| match progress {
+        CasasOtaduyProgress::Clips { done, all } => {
+            let shown = bar.get_or_insert_with(|| clip_bar("reading clips"));
+            shown.set_length(all as u64);
+            shown.set_position(done as u64);
+            if done == all {
+                shown.finish_and_clear();
+                bar = None;
+            }
+        }
+        CasasOtaduyProgress::Epoch {
+            network,
+            epochs,
+            record,
+        } => {
+            if seen.0 != network {
+                seen = (network, 0);
+                start = Instant::now() - std::time::Duration::from_secs_f64(record.seconds);
+            }
+            seen.1 += 1;
+            let line = epoch_line(record, epochs, seen.1, start.elapsed());
+            say(&format!("{network} {line}"));
+        }
+    };
+    let trained = train_casas_otaduy(input, &config, common.folder, &mut progress)?;
+    if let Some(clip) = &args.compare_subspaces {
+        let folder = RunFolder {
+            resume: true,
+            ..common.folder
+        };
+        let sizes = [50, config.autoencoder.widths.latent];
+        let autoencoder = &config.autoencoder;
+        let compared = compare_subspaces(input, autoencoder, &sizes, clip, folder, &mut progress)?;
+        let mean = |curve: &[f64]| curve.iter().sum::<f64>() / curve.len().max(1) as f64;
+        let mut csv = String::from("latents,frame,autoencoder_mm,pca_mm\n");
+        for errors in &compared {
+            say(&format!(
+                "{clip}: {} latents: autoencoder {:.3} mm, principal components {:.3} mm",
+                errors.latents,
+                mean(&errors.autoencoder_mm),
+                mean(&errors.pca_mm)
+            ));
+            let curves = errors.autoencoder_mm.iter().zip(&errors.pca_mm).enumerate();
+            for (frame, (autoencoder, pca)) in curves {
+                csv.push_str(&format!(
+                    "{},{frame},{autoencoder:.4},{pca:.4}\n",
+                    errors.latents
+                ));
+            }
+        }
+        std::fs::create_dir_all(common.out)?;
+        std::fs::write(common.out.join("subspaces.csv"), csv)?;
+    }
+    Ok(trained)
+}

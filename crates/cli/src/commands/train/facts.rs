@@ -1,0 +1,69 @@
+//! What a bundle tells of its training.
+
+use std::collections::BTreeSet;
+
+use dynaskin_train::{DataSet, Method, Networks, Set, Split, Tissue, TrainingFacts};
+
+/// What a bundle tells of its training; the last three are of the run.
+pub fn facts(
+    data_set: &DataSet,
+    networks: &Networks,
+    split: Split,
+    (method, seed, minutes): (Method, u64, f64),
+) -> TrainingFacts {
+    let tissue = Tissue::known_to(networks.feature_kind);
+    let training = || data_set.of_set(Set::Training, tissue);
+    let captured = training()
+        .filter(|clip| clip.name.subject.is_some())
+        .count();
+    let varied = training().filter(|clip| !clip.usual_tissue).count();
+    let shapes: BTreeSet<&str> = training().map(|clip| clip.name.shape.as_str()).collect();
+    let kinds: BTreeSet<&str> = training()
+        .filter(|clip| clip.name.subject.is_none())
+        .map(|clip| clip.name.trial.as_str())
+        .collect();
+    let formula = if kinds.is_empty() {
+        String::new()
+    } else {
+        let kinds: Vec<&str> = kinds.into_iter().collect();
+        format!(
+            " and {} clips of motions made by formula ({})",
+            training().count() - captured,
+            kinds.join(", ")
+        )
+    };
+    let longest = training().map(|clip| clip.frames).max().unwrap_or(0) as f64 / 60.0;
+    TrainingFacts {
+        method,
+        networks: networks.description.clone(),
+        data: format!(
+            "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {captured} clips of \
+             CMU motion captures (mocap.cs.cmu.edu){formula}, each at most {longest:.1} seconds; \
+             {varied} of them with tissue of other stiffness and damping.",
+            shapes.len()
+        ),
+        seed,
+        clips: training().count(),
+        frames: training().map(|clip| clip.frames).sum(),
+        validation_frames: data_set
+            .of_set(Set::Validation, tissue)
+            .map(|clip| clip.frames)
+            .sum(),
+        vertices: data_set.vertices.len(),
+        parameters: networks.parameters,
+        best_epoch: networks.best_epoch,
+        minutes,
+        config: networks.config.clone(),
+        split,
+        simulator: simulator(&data_set.sim_json),
+    }
+}
+
+/// What all clips of a data set share of how they were simulated: not the body shape.
+fn simulator(sim_json: &str) -> serde_json::Value {
+    let mut simulator: serde_json::Value = serde_json::from_str(sim_json).unwrap_or_default();
+    if let Some(fields) = simulator.as_object_mut() {
+        fields.remove("shape");
+    }
+    simulator
+}

@@ -1,0 +1,188 @@
+//! Training of the autoencoder.
+
+use burn::module::Module;
+use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::tensor::{Device, Tensor, TensorData};
+use rand::seq::SliceRandom;
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::autoencoder::Autoencoder;
+use super::config::AutoencoderConfig;
+use super::data::{ClipFields, Prepared};
+use super::span::Span;
+use crate::TrainError;
+use crate::checkpoint::{Checkpoint, EpochRecord};
+use crate::epochs::{EpochRun, Validation, rate_share};
+
+/// Frames encoded at a time where no gradient is needed.
+pub(super) const BLOCK_FRAMES: usize = 2048;
+
+/// Trains an autoencoder on the squared distance of fields, and gives the weights of the epoch that
+/// did best on the validation clips.
+///
+/// # Errors
+/// [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].
+pub(super) fn fit_autoencoder(
+    data: &Prepared,
+    config: &AutoencoderConfig,
+    (checkpoint, resume): (&Checkpoint, bool),
+    mut progress: impl FnMut(&EpochRecord),
+) -> Result<(Autoencoder, EpochRecord), TrainError> {
+    let device = Device::flex().autodiff();
+    device.seed(config.seed);
+    let model = Autoencoder::new(config.widths, &data.span.deviations, &device);
+    let run = EpochRun {
+        checkpoint,
+        config,
+        epochs: config.epochs,
+        resume,
+    };
+    let best = run.run(
+        model,
+        AdamConfig::new().init(),
+        |epoch, model, optimizer| run_epoch(data, config, epoch, model, optimizer),
+        |model| validate(model, data),
+        &mut progress,
+    )?;
+    let plain = Device::flex();
+    let model = Autoencoder::new(config.widths, &data.span.deviations, &plain);
+    Ok((checkpoint.load_best(model)?, best))
+}
+
+fn run_epoch(
+    data: &Prepared,
+    config: &AutoencoderConfig,
+    epoch: usize,
+    mut model: Autoencoder,
+    optimizer: &mut ModuleOptimizer,
+) -> Result<(Autoencoder, f32), TrainError> {
+    let device = Device::flex().autodiff();
+    let width = data.span.width();
+    let clips = data.training.iter().enumerate();
+    let mut order: Vec<(usize, usize)> = clips
+        .flat_map(|(index, clip)| (0..clip.frames).map(move |frame| (index, frame)))
+        .collect();
+    let seed = config.seed.wrapping_mul(1_000_003) + epoch as u64;
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    order.shuffle(&mut rng as &mut dyn Rng);
+    order.truncate(config.frames);
+    let (steps, mut sum) = (order.len().div_ceil(config.batch), 0.0f64);
+    for (step, frames) in order.chunks(config.batch).enumerate() {
+        let mut numbers = Vec::with_capacity(frames.len() * width);
+        for (clip, frame) in frames {
+            let fields = &data.training[*clip].fields;
+            numbers.extend_from_slice(&fields[frame * width..(frame + 1) * width]);
+        }
+        let fields = TensorData::new(numbers, [frames.len(), width]);
+        let fields = Tensor::<2>::from_data(fields, &device);
+        let error = model.decode(model.encode(fields.clone())) - fields;
+        let loss = error.powi_scalar(2).mean();
+        let value = loss.clone().into_scalar::<f32>();
+        if !value.is_finite() {
+            return Err(TrainError::Diverged {
+                epoch: epoch + 1,
+                loss: value,
+            });
+        }
+        sum += f64::from(value) * frames.len() as f64;
+        let gradients = GradientsParams::from_grads(loss.backward(), &model);
+        let done = (epoch as f64 + step as f64 / steps as f64) / config.epochs as f64;
+        model = optimizer.step(config.learning_rate * rate_share(done), model, gradients);
+    }
+    let square = sum / order.len().max(1) as f64 * width as f64;
+    Ok((model, (square.sqrt() * unit_mm(&data.span)) as f32))
+}
+
+/// Millimetres of root-mean-square vertex distance that a distance of 1 between fields is.
+pub(super) fn unit_mm(span: &Span) -> f64 {
+    let vertices = span.basis.coordinates() as f64 / 3.0;
+    1000.0 * f64::from(span.deviation_m) / vertices.sqrt()
+}
+
+fn validate(model: &Autoencoder, data: &Prepared) -> Validation {
+    let mut sums = Distances::new(&data.span);
+    for clip in &data.validation {
+        let latents = encode(model, clip, data.span.width());
+        for (latents, truth) in latents
+            .chunks(BLOCK_FRAMES * latent_count(model))
+            .zip(clip.fields.chunks(BLOCK_FRAMES * data.span.width()))
+        {
+            let shape = [latents.len() / latent_count(model), latent_count(model)];
+            let latents = TensorData::new(latents.to_vec(), shape);
+            let fields = model.decode(Tensor::from_data(latents, &Device::flex()));
+            let fields: Vec<f32> = fields.into_data().iter::<f32>().collect();
+            sums.add(&fields, truth);
+        }
+    }
+    sums.validation()
+}
+
+fn latent_count(model: &Autoencoder) -> usize {
+    model.encoder_latent.weight.val().dims()[1]
+}
+
+/// Latents of a clip, `[frame][latent]` flat.
+pub(super) fn encode(model: &Autoencoder, clip: &ClipFields, width: usize) -> Vec<f32> {
+    let model = model.valid();
+    let mut latents = Vec::with_capacity(clip.frames * latent_count(&model));
+    for fields in clip.fields.chunks(BLOCK_FRAMES * width) {
+        let shape = [fields.len() / width, width];
+        let fields = Tensor::from_data(TensorData::new(fields.to_vec(), shape), &Device::flex());
+        latents.extend(model.encode(fields).into_data().iter::<f32>());
+    }
+    latents
+}
+
+/// Root-mean-square vertex distances of frames, summed.
+pub(super) struct Distances {
+    zero: Vec<f32>,
+    unit_mm: f64,
+    error: f64,
+    still: f64,
+    frames: usize,
+}
+
+/// An error that left the numbers counts as a hundred metres.
+const LOST_MM: f64 = 1e5;
+
+impl Distances {
+    /// For fields in the coordinates of `span`.
+    pub fn new(span: &Span) -> Self {
+        Self {
+            zero: span.zero(),
+            unit_mm: unit_mm(span),
+            error: 0.0,
+            still: 0.0,
+            frames: 0,
+        }
+    }
+
+    /// Adds frames, `[frame][span]` flat.
+    pub fn add(&mut self, fields: &[f32], truth: &[f32]) {
+        let width = self.zero.len();
+        for (field, truth) in fields.chunks_exact(width).zip(truth.chunks_exact(width)) {
+            let error = self.unit_mm * distance(field, truth);
+            self.error += if error.is_finite() {
+                error.min(LOST_MM)
+            } else {
+                LOST_MM
+            };
+            self.still += self.unit_mm * distance(&self.zero, truth);
+            self.frames += 1;
+        }
+    }
+
+    /// Means over frames.
+    pub fn validation(&self) -> Validation {
+        Validation {
+            loss: (self.error / self.frames.max(1) as f64) as f32,
+            ratio: (self.error / self.still.max(f64::MIN_POSITIVE)) as f32,
+        }
+    }
+}
+
+fn distance(a: &[f32], b: &[f32]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2));
+    squares.sum::<f64>().sqrt()
+}
