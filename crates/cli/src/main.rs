@@ -23,7 +23,7 @@ enum Command {
     /// Fit simulated sequences, whose truth is known, and print how far off the fits are.
     FitCheck(commands::fit_check::FitCheckArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
-    Train(commands::train::TrainArgs),
+    Train(Box<commands::train::TrainArgs>),
     /// Measure a bundle, or compare methods in a report, on clips that they were not trained on.
     Evaluate(commands::evaluate::EvaluateArgs),
 }
