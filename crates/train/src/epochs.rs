@@ -46,8 +46,8 @@ impl<C: Serialize> EpochRun<'_, C> {
     /// Settings as they are read back from a file, so that rounding of numbers in text cannot tell
     /// two equal ones apart.
     fn settings(&self) -> Value {
-        let text = serde_json::to_string(self.config).unwrap_or_default();
-        serde_json::from_str(&text).unwrap_or_default()
+        let value = serde_json::to_value(self.config).unwrap_or_default();
+        serde_json::from_str(&value.to_string()).unwrap_or_default()
     }
 
     /// Runs the epochs and gives the record of the one that did best on the validation set, whose

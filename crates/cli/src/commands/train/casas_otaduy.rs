@@ -9,7 +9,7 @@ use dynaskin_train::{
     RegressorConfig, RunFolder, TrainingInput, compare_subspaces, train_casas_otaduy,
 };
 
-use super::{clip_bar, epoch_line};
+use super::{PaperArgs, clip_bar, epoch_line};
 use crate::commands::say;
 
 /// Settings of Casas & Otaduy's method.
@@ -17,19 +17,15 @@ use crate::commands::say;
 #[command(next_help_heading = "Casas & Otaduy")]
 pub struct CasasOtaduyArgs {
     /// Widths of the autoencoder: two layers and the latents.
-    #[arg(long, value_name = "OUTER,INNER,LATENTS", value_parser = widths)]
+    #[arg(
+        long,
+        value_name = "OUTER,INNER,LATENTS",
+        value_parser = widths,
+        conflicts_with = "published_size"
+    )]
     autoencoder_widths: Option<AutoencoderWidths>,
-    /// The paper's sizes: widths 6000,3000,100 and as many neurons as its rule asks for.
-    #[arg(long, conflicts_with_all = ["autoencoder_widths", "neurons"])]
-    published_size: bool,
-    /// Passes of the autoencoder's training.
-    #[arg(long, default_value_t = AutoencoderConfig::default().epochs)]
-    autoencoder_epochs: usize,
-    /// Frames of each of these passes, drawn from the training set.
-    #[arg(long, default_value_t = AutoencoderConfig::default().frames)]
-    autoencoder_frames: usize,
     /// Neurons of the regressor's hidden layer.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "published_size")]
     neurons: Option<usize>,
     /// Ticks that the regressor goes on from its own latents in training; 1 is the paper's way.
     #[arg(long, default_value_t = RegressorConfig::default().rollout)]
@@ -47,7 +43,11 @@ pub struct CasasOtaduyArgs {
 #[derive(Clone, Copy, Debug)]
 pub struct Common<'a> {
     /// Passes over the training set.
-    pub epochs: usize,
+    pub epochs: Option<usize>,
+    /// Peak of the regressor's learning rate.
+    pub learning_rate: Option<f64>,
+    /// What the papers' methods share.
+    pub paper: &'a PaperArgs,
     /// Whether the loss weighs vertices by rigidity.
     pub weighted: bool,
     /// Where the state is kept.
@@ -72,21 +72,25 @@ impl CasasOtaduyArgs {
     fn config(&self, seed: u64, common: Common<'_>) -> CasasOtaduyConfig {
         let mut autoencoder = AutoencoderConfig {
             seed,
-            epochs: self.autoencoder_epochs,
-            frames: self.autoencoder_frames,
             ..AutoencoderConfig::default()
         };
+        let paper = common.paper;
+        autoencoder.epochs = paper.autoencoder_epochs.unwrap_or(autoencoder.epochs);
+        autoencoder.frames = paper.autoencoder_frames.unwrap_or(autoencoder.frames);
+        let rate = paper.autoencoder_learning_rate;
+        autoencoder.learning_rate = rate.unwrap_or(autoencoder.learning_rate);
         let mut regressor = RegressorConfig {
             seed,
-            epochs: common.epochs,
             weighted: common.weighted,
             rollout: self.rollout,
             latent_noise: self.latent_noise,
             ..RegressorConfig::default()
         };
         autoencoder.widths = self.autoencoder_widths.unwrap_or(autoencoder.widths);
+        regressor.epochs = common.epochs.unwrap_or(regressor.epochs);
+        regressor.learning_rate = common.learning_rate.unwrap_or(regressor.learning_rate);
         regressor.hidden = self.neurons.or(regressor.hidden);
-        if self.published_size {
+        if paper.published_size {
             autoencoder.widths = AutoencoderWidths::PUBLISHED;
             // All that the sample spans, where layers are this wide.
             autoencoder.span = autoencoder.span_frames;

@@ -9,78 +9,59 @@ use dynaskin_train::{Method, Networks, TrainingInput};
 use super::{TrainArgs, clip_bar};
 use crate::commands::say;
 
-/// Arguments of the two methods.
+/// Settings of the two methods.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "DSNet")]
 pub struct DsnetArgs {
-    /// DSNet: the sizes and learning rates of the paper. Not made for two cores.
+    /// Let padded frames count.
     #[arg(long)]
-    dsnet_published: bool,
-    /// DSNet: passes over the sequences.
-    #[arg(long)]
-    dsnet_epochs: Option<usize>,
-    /// DSNet: learning rate of the predictor.
-    #[arg(long)]
-    dsnet_learning_rate: Option<f64>,
-    /// DSNet: let padded frames count.
-    #[arg(long)]
-    dsnet_no_mask: bool,
-    /// DSNet: frames that the autoencoder learns from.
-    #[arg(long)]
-    autoencoder_frames: Option<usize>,
-    /// DSNet: passes over them.
-    #[arg(long)]
-    autoencoder_epochs: Option<usize>,
-    /// DSNet: learning rate of the autoencoder.
-    #[arg(long)]
-    autoencoder_learning_rate: Option<f64>,
-    /// DSNet: channels of the autoencoder, after the first and the second layer.
+    no_mask: bool,
+    /// Channels of the autoencoder, after the first and the second layer.
     #[arg(long, num_args = 2)]
-    autoencoder_channels: Option<Vec<usize>>,
-    /// DSNet: strides of its four convolutions.
+    channels: Option<Vec<usize>>,
+    /// Strides of its four convolutions.
     #[arg(long, num_args = 4)]
-    autoencoder_strides: Option<Vec<usize>>,
+    strides: Option<Vec<usize>>,
 }
 
-impl DsnetArgs {
-    fn config(&self, method: Method, seed: u64) -> DsnetConfig {
-        let shape_input = match method {
-            Method::DsnetRbf => ShapeInput::FirstState,
-            _ => ShapeInput::EveryStep,
-        };
-        let mut config = if self.dsnet_published {
-            DsnetConfig::published(shape_input)
-        } else {
-            DsnetConfig {
-                shape_input,
-                ..DsnetConfig::default()
-            }
-        };
-        config.seed = seed;
-        config.mask = !self.dsnet_no_mask;
-        let set = |target: &mut usize, given: Option<usize>| *target = given.unwrap_or(*target);
-        set(&mut config.epochs, self.dsnet_epochs);
-        set(&mut config.autoencoder_frames, self.autoencoder_frames);
-        set(&mut config.autoencoder_epochs, self.autoencoder_epochs);
-        let set = |target: &mut f64, given: Option<f64>| *target = given.unwrap_or(*target);
-        set(&mut config.learning_rate, self.dsnet_learning_rate);
-        set(
-            &mut config.autoencoder_learning_rate,
-            self.autoencoder_learning_rate,
-        );
-        let sizes = &mut config.autoencoder;
-        if let Some(channels) = self.autoencoder_channels.as_deref() {
-            sizes.channels = channels.try_into().unwrap_or(sizes.channels);
+fn config(args: &TrainArgs) -> DsnetConfig {
+    let shape_input = match args.method {
+        Method::DsnetRbf => ShapeInput::FirstState,
+        _ => ShapeInput::EveryStep,
+    };
+    let usual = if args.paper.published_size {
+        DsnetConfig::published(shape_input)
+    } else {
+        DsnetConfig {
+            shape_input,
+            ..DsnetConfig::default()
         }
-        if let Some(strides) = self.autoencoder_strides.as_deref() {
-            sizes.strides = strides.try_into().unwrap_or(sizes.strides);
-        }
-        config
+    };
+    let (paper, dsnet) = (&args.paper, &args.dsnet);
+    let rate = paper.autoencoder_learning_rate;
+    let mut autoencoder = usual.autoencoder;
+    if let Some(channels) = dsnet.channels.as_deref() {
+        autoencoder.channels = channels.try_into().unwrap_or(autoencoder.channels);
+    }
+    if let Some(strides) = dsnet.strides.as_deref() {
+        autoencoder.strides = strides.try_into().unwrap_or(autoencoder.strides);
+    }
+    DsnetConfig {
+        seed: args.seed,
+        mask: !dsnet.no_mask,
+        epochs: args.epochs.unwrap_or(usual.epochs),
+        learning_rate: args.learning_rate.unwrap_or(usual.learning_rate),
+        autoencoder_frames: paper.autoencoder_frames.unwrap_or(usual.autoencoder_frames),
+        autoencoder_epochs: paper.autoencoder_epochs.unwrap_or(usual.autoencoder_epochs),
+        autoencoder_learning_rate: rate.unwrap_or(usual.autoencoder_learning_rate),
+        autoencoder,
+        ..usual
     }
 }
 
 /// Trains; gives the minutes it took, earlier runs of the checkpoint among them.
 pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
-    let config = args.dsnet.config(args.method, input.seed);
+    let config = config(args);
     let folder = args.checkpoint_folder();
     args.refuse_to_overwrite(folder.join("autoencoder").exists())?;
     let bar = clip_bar("reading clips");

@@ -55,9 +55,9 @@ pub struct TrainArgs {
     /// Seed of everything random.
     #[arg(long, default_value_t = TrainConfig::default().seed)]
     seed: u64,
-    /// Passes over the training set.
-    #[arg(long, default_value_t = TrainConfig::default().epochs)]
-    epochs: usize,
+    /// Passes over the training set; as many as the method usually takes unless given.
+    #[arg(long)]
+    epochs: Option<usize>,
     /// Width of the encoding.
     #[arg(long, default_value_t = TrainConfig::default().encoding)]
     encoding: usize,
@@ -76,9 +76,9 @@ pub struct TrainArgs {
     /// Sequences side by side in a batch.
     #[arg(long, default_value_t = TrainConfig::default().lanes)]
     lanes: usize,
-    /// Peak of the learning rate.
-    #[arg(long, default_value_t = TrainConfig::default().learning_rate)]
-    learning_rate: f64,
+    /// Peak of the learning rate; what the method usually has unless given.
+    #[arg(long)]
+    learning_rate: Option<f64>,
     /// AdamW's weight decay.
     #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
     weight_decay: f32,
@@ -92,9 +92,29 @@ pub struct TrainArgs {
     #[arg(long)]
     no_mirror: bool,
     #[command(flatten)]
+    paper: PaperArgs,
+    #[command(flatten)]
     dsnet: DsnetArgs,
     #[command(flatten)]
     casas_otaduy: CasasOtaduyArgs,
+}
+
+/// Settings that the methods of the papers share.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Methods of the papers")]
+struct PaperArgs {
+    /// The sizes of the paper, which are not made for two cores.
+    #[arg(long)]
+    published_size: bool,
+    /// Passes of the autoencoder's training.
+    #[arg(long)]
+    autoencoder_epochs: Option<usize>,
+    /// Frames of each of these passes, drawn from the training set.
+    #[arg(long)]
+    autoencoder_frames: Option<usize>,
+    /// Peak of the autoencoder's learning rate.
+    #[arg(long)]
+    autoencoder_learning_rate: Option<f64>,
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -123,14 +143,16 @@ impl TrainArgs {
     fn config(&self) -> TrainConfig {
         TrainConfig {
             seed: self.seed,
-            epochs: self.epochs,
+            epochs: self.epochs.unwrap_or(TrainConfig::default().epochs),
             encoding: self.encoding,
             springs: self.springs,
             hidden: self.hidden,
             components: self.components.unwrap_or(TrainConfig::default().components),
             window: self.window,
             lanes: self.lanes,
-            learning_rate: self.learning_rate,
+            learning_rate: self
+                .learning_rate
+                .unwrap_or(TrainConfig::default().learning_rate),
             weight_decay: self.weight_decay,
             local: !self.global,
             mirror: !self.no_mirror,
@@ -178,6 +200,8 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
             args.refuse_to_overwrite(folder.holds_run())?;
             let common = casas_otaduy::Common {
                 epochs: args.epochs,
+                learning_rate: args.learning_rate,
+                paper: &args.paper,
                 weighted: args.method == Method::CasasOtaduy,
                 folder,
                 out: &args.out,
