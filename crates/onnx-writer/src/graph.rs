@@ -194,6 +194,11 @@ impl Graph {
         self.apply("Tanh", &[x], x.shape.clone(), Vec::new())
     }
 
+    /// Natural logarithm, element by element.
+    pub fn log(&mut self, x: &Value) -> Value {
+        self.apply("Log", &[x], x.shape.clone(), Vec::new())
+    }
+
     /// `max(x, 0)`, element by element.
     pub fn relu(&mut self, x: &Value) -> Value {
         self.apply("Relu", &[x], x.shape.clone(), Vec::new())

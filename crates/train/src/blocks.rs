@@ -19,11 +19,24 @@ const MIDLINE_M: f32 = 1e-3;
 /// Name of the block that lies on both sides.
 const MIDDLE: &str = "middle";
 
-/// Vertices with a basis of their own.
+/// A part of the body that is to have a basis of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Region and side, such as `left thighs`.
+    pub name: String,
+    /// The region; none where the body knows none.
+    pub region: Option<Region>,
+    /// Slots of the data set's vertex list, ascending.
+    pub slots: Vec<usize>,
+}
+
+/// A part and its basis.
 #[derive(Clone, Debug)]
 pub struct Block {
     /// Region and side, such as `left thighs`.
     pub name: String,
+    /// The region; none where the body knows none.
+    pub region: Option<Region>,
     /// Slots of the data set's vertex list, ascending.
     pub slots: Vec<usize>,
     /// Directions of the offsets of these slots.
@@ -41,50 +54,53 @@ pub struct BlockBasis {
     coordinates: usize,
 }
 
-/// Names and slots of the blocks of a body: the regions, those that lie on both sides cut in two,
+/// The parts of a body that become blocks: the regions, those that lie on both sides cut in two,
 /// and what lies on the midline together with the belly. Left and right blocks are mirror images of
 /// each other where there is a `mirror`. A body without regions is one block.
-pub fn partition(
-    model: &BodyModel,
-    vertices: &[u32],
-    mirror: Option<&Mirror>,
-) -> Vec<(String, Vec<usize>)> {
-    let known = model.region_weights.len() == REGION_COUNT;
-    let mut blocks: Vec<(String, Vec<usize>)> = Vec::new();
+pub fn partition(model: &BodyModel, vertices: &[u32], mirror: Option<&Mirror>) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::new();
     for slot in 0..vertices.len() {
         // Of two partners the first decides for both.
         let partner = mirror.map_or(slot, |mirror| mirror.partner(slot));
-        let name = match known {
-            true => block_name(model, vertices, slot, partner),
-            false => MIDDLE.to_owned(),
+        let decides = vertices[slot.min(partner)] as usize;
+        let x_m = model.template_m[vertices[slot] as usize].x;
+        let region = region_of(model, decides, x_m);
+        let name = match region {
+            Some(region) if region != Region::Belly => {
+                let side = if x_m > 0.0 { "left" } else { "right" };
+                format!("{side} {}", region.name())
+            }
+            _ => MIDDLE.to_owned(),
         };
-        match blocks.iter_mut().find(|block| block.0 == name) {
-            Some((_, slots)) => slots.push(slot),
-            None => blocks.push((name, vec![slot])),
+        match parts.iter_mut().find(|part| part.name == name) {
+            Some(part) => part.slots.push(slot),
+            None => parts.push(Part {
+                name,
+                region,
+                slots: vec![slot],
+            }),
         }
     }
-    blocks.sort();
-    blocks
+    parts.sort_by(|a, b| a.name.cmp(&b.name));
+    parts
 }
 
-fn block_name(model: &BodyModel, vertices: &[u32], slot: usize, partner: usize) -> String {
-    let decides = vertices[slot.min(partner)] as usize;
-    let weight = |region: Region| model.region_weights[region as usize][decides];
-    let heaviest = |a: Region, b: Region| if weight(b) > weight(a) { b } else { a };
-    let region = Region::ALL.into_iter().reduce(heaviest);
-    let x = model.template_m[vertices[slot] as usize].x;
-    match region {
-        Some(region) if region != Region::Belly && x.abs() >= MIDLINE_M => {
-            let side = if x > 0.0 { "left" } else { "right" };
-            format!("{side} {}", region.name())
-        }
-        _ => MIDDLE.to_owned(),
+/// The region that a vertex at `x_m` belongs to most; the belly on the midline.
+fn region_of(model: &BodyModel, vertex: usize, x_m: f32) -> Option<Region> {
+    if model.region_weights.len() != REGION_COUNT {
+        return None;
     }
+    if x_m.abs() < MIDLINE_M {
+        return Some(Region::Belly);
+    }
+    let weight = |region: Region| model.region_weights[region as usize][vertex];
+    let heaviest = |a: Region, b: Region| if weight(b) > weight(a) { b } else { a };
+    Region::ALL.into_iter().reduce(heaviest)
 }
 
 impl BlockBasis {
     /// Bases of at most `components` directions together, from `sample` (one frame of offsets in
-    /// metres a row) and the blocks that [`partition`] gives. The directions go where they lower
+    /// metres a row) and the parts that [`partition`] gives. The directions go where they lower
     /// the mean vertex error most; left and right get as many.
     ///
     /// # Errors
@@ -92,21 +108,22 @@ impl BlockBasis {
     /// [`TrainError::NotFinite`].
     pub fn fit(
         sample: &DMatrix<f32>,
-        partition: Vec<(String, Vec<usize>)>,
+        parts: Vec<Part>,
         components: usize,
         seed: u64,
     ) -> Result<Self, TrainError> {
-        if components < partition.len() {
+        if components < parts.len() {
             return Err(TrainError::Config {
                 setting: "components",
                 got: components.to_string(),
-                expected: format!("at least {}, one for each block", partition.len()),
+                expected: format!("at least {}, one for each block", parts.len()),
             });
         }
         let mut blocks = Vec::new();
         let mut variances = Vec::new();
-        for (name, slots) in partition {
-            let columns = slots
+        for part in parts {
+            let columns = part
+                .slots
                 .iter()
                 .flat_map(|slot| (0..3).map(move |axis| 3 * slot + axis));
             let columns: Vec<usize> = columns.collect();
@@ -115,7 +132,12 @@ impl BlockBasis {
             variances.push(of_block.norm_squared() / frames);
             let most = MOST_COMPONENTS.min(of_block.nrows()).min(of_block.ncols());
             let basis = Basis::fit(&of_block, most.min(components), seed)?;
-            blocks.push(Block { name, slots, basis });
+            blocks.push(Block {
+                name: part.name,
+                region: part.region,
+                slots: part.slots,
+                basis,
+            });
         }
         let counts = share_out(&blocks, &variances, components);
         for (block, count) in blocks.iter_mut().zip(counts) {
@@ -277,11 +299,16 @@ mod tests {
         sample
     }
 
-    fn parts() -> Vec<(String, Vec<usize>)> {
+    fn parts() -> Vec<Part> {
+        let part = |name: &str, region, slots: std::ops::Range<usize>| Part {
+            name: name.into(),
+            region: Some(region),
+            slots: slots.collect(),
+        };
         vec![
-            ("left thighs".into(), (4..8).collect()),
-            ("middle".into(), (0..4).collect()),
-            ("right thighs".into(), (8..12).collect()),
+            part("left thighs", Region::Thighs, 4..8),
+            part("middle", Region::Belly, 0..4),
+            part("right thighs", Region::Thighs, 8..12),
         ]
     }
 

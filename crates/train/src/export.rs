@@ -1,17 +1,21 @@
 //! The trained network as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
 
 use burn::tensor::Tensor;
+use dynaskin_body::{LEAST_THICKNESS_M, SHAPE_COUNT};
 use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
+
+use dynaskin_runtime::features::MATERIAL_COUNT;
 
 use crate::TrainError;
 use crate::blocks::BlockBasis;
+use crate::build::Build;
 use crate::normaliser::Normaliser;
 use crate::predictor::{Predictor, PredictorSizes};
 
 /// `predictor.onnx`: `features` [1,F] and the states `state_q`, `state_v` [1,springs] and
 /// `state_h`, `state_c` [1,hidden] in; `latent` [1,L] (metres) and `state_*_out` out. One call is
 /// one tick of the equations at the head of the `predictor` module. Scaling of features and
-/// latents is folded into the weights; the features' origin is subtracted first, in single
+/// latents is folded into the weights; the motion's origin is subtracted first, in single
 /// precision, so that rest is exactly zero. Matrices are stored in `precision`.
 ///
 /// # Errors
@@ -19,22 +23,20 @@ use crate::predictor::{Predictor, PredictorSizes};
 pub fn predictor_onnx(
     predictor: &Predictor,
     normaliser: &Normaliser,
+    build: &Build,
     deviation_m: &[f32],
     precision: Precision,
 ) -> Result<Vec<u8>, TrainError> {
-    let weights = Folded::new(predictor, normaliser, deviation_m, precision);
+    let weights = Folded::new(predictor, normaliser, build, deviation_m, precision);
     let sizes = weights.sizes;
     let mut graph = Graph::new("predictor");
-    let features = graph.input("features", &[1, sizes.motion + sizes.conditions])?;
-    let origin = graph.weights(
-        "origin",
-        &[sizes.motion + sizes.conditions],
-        &normaliser.origin,
-        Precision::Single,
-    )?;
-    let centred = graph.sub(&features, &origin)?;
-    let parts = graph.split(&centred, 1, &[sizes.motion, sizes.conditions])?;
-    let (motion, condition) = (&parts[0], &parts[1]);
+    let kind_conditions = normaliser.origin.len() - sizes.motion;
+    let features = graph.input("features", &[1, normaliser.origin.len()])?;
+    let parts = graph.split(&features, 1, &[sizes.motion, kind_conditions])?;
+    let origin = &normaliser.origin[..sizes.motion];
+    let origin = graph.weights("origin", &[sizes.motion], origin, Precision::Single)?;
+    let motion = &graph.sub(&parts[0], &origin)?;
+    let condition = &condition(&mut graph, build, &parts[1])?;
     let encoder = weights.matrix(&mut graph, "encoder", &weights.encoder, sizes.motion)?;
     let encoding = graph.matmul(motion, &encoder)?;
     let encoding = graph.tanh(&encoding);
@@ -51,6 +53,39 @@ pub fn predictor_onnx(
         graph.output(&format!("state_{name}_out"), &state)?;
     }
     Ok(graph.into_bytes())
+}
+
+/// What the predictor hears of a body, before scaling ([`Build::of`]), from `[1, materials + β]`.
+fn condition(graph: &mut Graph, build: &Build, body: &Value) -> Result<Value, WriteError> {
+    if build.thickness_m.is_empty() {
+        return Ok(body.clone());
+    }
+    let parts = graph.split(body, 1, &[MATERIAL_COUNT, SHAPE_COUNT])?;
+    let regions = build.thickness_m.len();
+    let dirs = &build.thickness_dirs_m;
+    let dirs = graph.weights(
+        "thickness_dirs",
+        &[SHAPE_COUNT, regions],
+        dirs,
+        Precision::Single,
+    )?;
+    // max(t, least) = relu(t - least) + least
+    let above: Vec<f32> = build
+        .thickness_m
+        .iter()
+        .map(|t| t - LEAST_THICKNESS_M)
+        .collect();
+    let above = graph.weights("thickness", &[regions], &above, Precision::Single)?;
+    let least = vec![LEAST_THICKNESS_M; regions];
+    let least = graph.weights("least_thickness", &[regions], &least, Precision::Single)?;
+    let at_zero: Vec<f32> = build.thickness_m.iter().map(|t| t.ln()).collect();
+    let at_zero = graph.weights("log_thickness", &[regions], &at_zero, Precision::Single)?;
+    let thickness = graph.dense(&parts[1], &dirs, &above)?;
+    let thickness = graph.relu(&thickness);
+    let thickness = graph.add(&thickness, &least)?;
+    let thickness = graph.log(&thickness);
+    let thickness = graph.sub(&thickness, &at_zero)?;
+    graph.concat(&[&parts[0], &thickness], 1)
 }
 
 /// States that leave the graph, by the letter of their name.
@@ -187,11 +222,13 @@ impl Folded {
     fn new(
         predictor: &Predictor,
         normaliser: &Normaliser,
+        build: &Build,
         deviation_m: &[f32],
         precision: Precision,
     ) -> Self {
         let sizes = predictor.sizes();
-        let (motion_scale, condition_scale) = normaliser.scale.split_at(sizes.motion);
+        let motion_scale = &normaliser.scale[..sizes.motion];
+        let condition_scale = &build.scale;
         let hidden = sizes.hidden;
         let mut poles = scaled_rows(&predictor.local_poles(), condition_scale);
         let mut poles_bias = flat(predictor.poles_bias.val());
@@ -203,7 +240,7 @@ impl Folded {
             .for_each(|w| *w = -*w);
         let mut from_input = flat(predictor.from_code.val());
         for row in
-            scaled_rows(&predictor.from_condition.val(), condition_scale).chunks_exact(3 * hidden)
+            scaled_rows(&predictor.local_from_condition(), condition_scale).chunks_exact(3 * hidden)
         {
             from_input.extend_from_slice(row);
             from_input.extend(std::iter::repeat_n(0.0, hidden));
@@ -226,7 +263,7 @@ impl Folded {
             drive: scaled_rows(&predictor.local_drive(), motion_scale),
             poles,
             poles_bias,
-            mode_scale: scaled_rows(&predictor.mode_scale.val(), condition_scale),
+            mode_scale: scaled_rows(&predictor.local_mode_scale(), condition_scale),
             code: flat(predictor.code.val()),
             from_input,
             bias,

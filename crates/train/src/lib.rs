@@ -5,6 +5,7 @@
 //! exported files by the runtime itself, and the errors go into the bundle and the model card.
 
 mod blocks;
+mod build;
 mod bundle;
 mod card;
 mod checkpoint;
@@ -30,7 +31,8 @@ mod split;
 pub mod study;
 mod trainer;
 
-pub use blocks::{Block, BlockBasis, partition};
+pub use blocks::{Block, BlockBasis, Part, partition};
+pub use build::Build;
 pub use bundle::{BundleParts, TrainingFacts, write_bundle};
 pub use card::model_card;
 pub use checkpoint::{Checkpoint, EpochRecord};

@@ -7,9 +7,10 @@
 //! the buttock, an arm against the chest) goes through the LSTM, which hears and serves all.
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint};
-use dynaskin_runtime::features::{FeatureKind, INERTIAL_JOINTS, ROTATION_JOINTS};
+use dynaskin_runtime::features::{FeatureKind, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS};
 
 use crate::blocks::BlockBasis;
+use crate::build::Build;
 
 /// A joint carries a block if it has this share of its skin weights.
 const CARRIER_SHARE: f32 = 0.015;
@@ -19,25 +20,33 @@ const CARRIER_SHARE: f32 = 0.015;
 pub struct Locality {
     /// For each block, which of the motion features it feels.
     pub felt: Vec<Vec<bool>>,
+    /// For each block, which of the numbers about the body it hears.
+    pub heard: Vec<Vec<bool>>,
+    /// Which of the numbers about the body the LSTM's gates hear.
+    pub gates: Vec<bool>,
     /// For each block, its number of latents.
     pub latents: Vec<usize>,
 }
 
 impl Locality {
-    /// One block that feels everything.
-    pub fn everywhere(motion: usize, latents: usize) -> Self {
+    /// One block that feels and hears everything.
+    pub fn everywhere(motion: usize, conditions: usize, latents: usize) -> Self {
         Self {
             felt: vec![vec![true; motion]],
+            heard: vec![vec![true; conditions]],
+            gates: vec![true; conditions],
             latents: vec![latents],
         }
     }
 
     /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block feels the
-    /// joints that carry its skin and the parents of these.
+    /// joints that carry its skin and the parents of these, and hears materials and thickness of its
+    /// own region. The gates hear materials only.
     pub fn of_body(
         model: &BodyModel,
         vertices: &[u32],
         basis: &BlockBasis,
+        build: &Build,
         kind: FeatureKind,
     ) -> Self {
         let felt = basis.blocks.iter().map(|block| {
@@ -60,8 +69,16 @@ impl Locality {
             }
             features_of_joints(&felt, kind)
         });
+        let heard = basis.blocks.iter().map(|block| {
+            let region = block.region.map(|region| region as usize);
+            (0..build.count())
+                .map(|i| build.is_heard(i, region))
+                .collect()
+        });
         Self {
             felt: felt.collect(),
+            heard: heard.collect(),
+            gates: (0..build.count()).map(|i| i < MATERIAL_COUNT).collect(),
             latents: basis.blocks.iter().map(|b| b.basis.components()).collect(),
         }
     }
@@ -106,16 +123,25 @@ pub(crate) fn same_block(rows: &[usize], columns: &[usize]) -> Vec<f32> {
     rows.iter().flat_map(matches).collect()
 }
 
+/// `[input][units]` of 1 where `of_blocks[block of the unit][input]`, flat.
+fn transposed(of_blocks: &[Vec<bool>], units: &[usize]) -> Vec<f32> {
+    let inputs = of_blocks.first().map_or(0, Vec::len);
+    let row = |input: usize| {
+        let of_unit = move |block: &usize| f32::from(u8::from(of_blocks[*block][input]));
+        units.iter().map(of_unit)
+    };
+    (0..inputs).flat_map(row).collect()
+}
+
 impl Locality {
     /// A matrix `[motion][units]` of 1 where the unit's block feels the feature, flat.
     pub(crate) fn feeling(&self, units: &[usize]) -> Vec<f32> {
-        let motion = self.felt.first().map_or(0, Vec::len);
-        let felt = |feature: usize| {
-            units
-                .iter()
-                .map(move |block| f32::from(u8::from(self.felt[*block][feature])))
-        };
-        (0..motion).flat_map(felt).collect()
+        transposed(&self.felt, units)
+    }
+
+    /// A matrix `[conditions][units]` of 1 where the unit's block hears the number, flat.
+    pub(crate) fn hearing(&self, units: &[usize]) -> Vec<f32> {
+        transposed(&self.heard, units)
     }
 }
 
@@ -127,6 +153,8 @@ mod tests {
     fn units_are_shared_out_in_proportion() {
         let locality = Locality {
             felt: vec![vec![true, false], vec![false, true]],
+            heard: vec![vec![true], vec![false]],
+            gates: vec![true],
             latents: vec![1, 3],
         };
         assert_eq!(locality.unit_blocks(8), [0, 0, 1, 1, 1, 1, 1, 1]);

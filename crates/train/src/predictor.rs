@@ -105,6 +105,8 @@ struct Masks {
     encoder: Vec<f32>,
     drive: Vec<f32>,
     poles: Vec<f32>,
+    mode_scale: Vec<f32>,
+    from_condition: Vec<f32>,
     readout: Vec<f32>,
 }
 
@@ -118,11 +120,13 @@ impl Masks {
         Self {
             encoder: locality.feeling(&encoding),
             drive: [locality.feeling(&springs), same_block(&encoding, &springs)].concat(),
-            poles: [
-                all(sizes.conditions, modes.len()),
-                same_block(&encoding, &modes),
-            ]
-            .concat(),
+            mode_scale: locality.hearing(&modes),
+            from_condition: locality
+                .gates
+                .iter()
+                .flat_map(|heard| vec![f32::from(u8::from(*heard)); 3 * sizes.hidden])
+                .collect(),
+            poles: [locality.hearing(&modes), same_block(&encoding, &modes)].concat(),
             readout: [
                 same_block(&modes, &latents),
                 all(sizes.hidden, latents.len()),
@@ -254,7 +258,14 @@ impl Predictor {
     /// Number of trained weights.
     pub fn weight_count(&self) -> usize {
         let masks = &self.masks;
-        let masks = [&masks.encoder, &masks.drive, &masks.poles, &masks.readout];
+        let masks = [
+            &masks.encoder,
+            &masks.drive,
+            &masks.poles,
+            &masks.mode_scale,
+            &masks.from_condition,
+            &masks.readout,
+        ];
         let silent = masks.into_iter().flatten().filter(|one| **one == 0.0);
         self.num_params() - silent.count()
     }
@@ -269,9 +280,19 @@ impl Predictor {
         masked(&self.drive, &self.masks.drive)
     }
 
-    /// K and D, with zeros where a spring does not hear an encoding.
+    /// K and D, with zeros where a spring does not hear an encoding or a number about the body.
     pub fn local_poles(&self) -> Tensor<2> {
         masked(&self.poles, &self.masks.poles)
+    }
+
+    /// G, with zeros where a spring does not hear a number about the body.
+    pub fn local_mode_scale(&self) -> Tensor<2> {
+        masked(&self.mode_scale, &self.masks.mode_scale)
+    }
+
+    /// What the gates hear of the body.
+    pub fn local_from_condition(&self) -> Tensor<2> {
+        masked(&self.from_condition, &self.masks.from_condition)
     }
 
     /// R, with zeros where a latent does not hear a spring or an encoding.
@@ -351,7 +372,7 @@ impl Predictor {
             vec![Tensor::cat(positions, 0), Tensor::cat(velocities, 0)],
             1,
         );
-        let scale = condition.clone().matmul(self.mode_scale.val()) + 1.0;
+        let scale = condition.clone().matmul(self.local_mode_scale()) + 1.0;
         (modes * scale, position, velocity)
     }
 
@@ -366,7 +387,7 @@ impl Predictor {
         let device = code.device();
         // The cell candidate (the last quarter) gets neither condition nor bias.
         let nothing = Tensor::zeros([self.sizes().conditions, cells], &device);
-        let from_condition = Tensor::cat(vec![self.from_condition.val(), nothing], 1);
+        let from_condition = Tensor::cat(vec![self.local_from_condition(), nothing], 1);
         let bias = Tensor::cat(vec![self.bias.val(), Tensor::zeros([cells], &device)], 0);
         let from_input = code.matmul(self.from_code.val())
             + window.condition.clone().matmul(from_condition)

@@ -8,6 +8,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::TrainError;
 use crate::blocks::{BlockBasis, partition};
+use crate::build::Build;
 use crate::config::TrainConfig;
 use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
 use crate::lanes::Sequence;
@@ -27,6 +28,8 @@ pub struct Prepared {
     pub basis: BlockBasis,
     /// Scaling of the features.
     pub normaliser: Normaliser,
+    /// What the predictor is told about a body.
+    pub build: Build,
     /// Sequences.
     pub data: PredictorData,
 }
@@ -69,10 +72,11 @@ pub fn prepare(
     let basis = BlockBasis::fit(&sample, blocks, config.components, config.seed)?;
     drop(sample);
 
+    let build = Build::of_body(model);
     let locality = if config.local {
-        Locality::of_body(model, &data_set.vertices, &basis, KIND)
+        Locality::of_body(model, &data_set.vertices, &basis, &build, KIND)
     } else {
-        Locality::everywhere(KIND.motion_count(), basis.components())
+        Locality::everywhere(KIND.motion_count(), build.count(), basis.components())
     };
     let induced = mirror
         .as_ref()
@@ -100,7 +104,7 @@ pub fn prepare(
             progress(done, all);
         }
     }
-    Ok(normalised(raw, basis, model, locality))
+    Ok(normalised(raw, basis, model, build, locality))
 }
 
 /// A clip before scaling.
@@ -114,6 +118,7 @@ fn normalised(
     raw: Vec<RawSequence>,
     basis: BlockBasis,
     model: &BodyModel,
+    mut build: Build,
     locality: Locality,
 ) -> Prepared {
     let training = raw.iter().filter(|r| r.set == Set::Training);
@@ -122,6 +127,13 @@ fn normalised(
         &model.shaped(&[0.0; SHAPE_COUNT]),
         training.map(|r| r.features.as_slice()),
     );
+    let first_frame = |sequence: &RawSequence| {
+        let body = KIND.motion_count()..KIND.count();
+        sequence.features[body].to_vec()
+    };
+    let training = raw.iter().filter(|r| r.set == Set::Training);
+    let bodies: Vec<Vec<f32>> = training.map(first_frame).collect();
+    build.fit_scale(bodies.iter().map(Vec::as_slice));
     let mut data = PredictorData {
         training: Vec::new(),
         validation: Vec::new(),
@@ -129,10 +141,11 @@ fn normalised(
         blocks: basis.blocks.iter().map(BlockSize::of).collect(),
         locality,
         motion: KIND.motion_count(),
-        conditions: KIND.condition_count(),
+        conditions: build.count(),
     };
     for sequence in raw {
-        let (motion, conditions) = normaliser.apply(&sequence.features);
+        let body = first_frame(&sequence);
+        let (motion, _) = normaliser.apply(&sequence.features);
         let mut latents = sequence.latents;
         for frame in latents.chunks_exact_mut(basis.components()) {
             for (latent, deviation) in frame.iter_mut().zip(&basis.deviation_m) {
@@ -146,7 +159,7 @@ fn normalised(
         };
         to.push(Sequence {
             frames: sequence.features.len() / KIND.count(),
-            condition: conditions[..KIND.condition_count()].to_vec(),
+            condition: build.of(&body),
             motion,
             latents,
         });
@@ -154,6 +167,7 @@ fn normalised(
     Prepared {
         basis,
         normaliser,
+        build,
         data,
     }
 }

@@ -63,7 +63,7 @@ fn data() -> PredictorData {
             latents: LATENT,
             vertices: 100,
         }],
-        locality: Locality::everywhere(MOTION, LATENT),
+        locality: Locality::everywhere(MOTION, SHAPE_COUNT, LATENT),
         motion: MOTION,
         conditions: SHAPE_COUNT,
     }

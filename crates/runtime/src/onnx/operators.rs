@@ -50,6 +50,7 @@ pub(super) fn wire(
         "Sub" if official => node.elementwise(math::sub()),
         "Mul" if official => node.elementwise(math::mul()),
         "Sigmoid" if official => node.unary(nn::sigmoid()),
+        "Log" if official => node.unary(math::ln()),
         "Tanh" if official => node.unary(math::tanh()),
         "Exp" if official => node.unary(math::exp()),
         "Relu" if official => node.relu(),

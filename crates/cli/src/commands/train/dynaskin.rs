@@ -53,6 +53,7 @@ fn dynaskin_networks(
         predictor_onnx: predictor_onnx(
             predictor,
             &prepared.normaliser,
+            &prepared.build,
             &prepared.data.deviation_m,
             Precision::Half,
         )?,
