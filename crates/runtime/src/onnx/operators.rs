@@ -15,7 +15,7 @@ use super::translate::{Known, Translation};
 use crate::RuntimeError;
 
 /// The operators there are, for messages.
-const SUPPORTED: &str = "Add, Cast, Concat, Conv, ConvTranspose, Exp, Gather, Gemm, Identity, \
+const SUPPORTED: &str = "Add, Cast, Concat, Conv, ConvTranspose, Exp, Gather, Gemm, Identity, Log, \
                          MatMul, Mul, Relu, Reshape, Sigmoid, Split, Sub, Tanh and Transpose";
 
 /// One node on its way into the tract model.
