@@ -24,8 +24,8 @@ pub use dataset::{ClipData, ClipHeader, DatasetError};
 pub use kinematics::{GRAVITY_M_PER_S2, soft_clip};
 pub use materials::{MULTIPLIERS, Materials};
 pub use run::{
-    HELD_OUT_SHAPES, Job, JobReport, Motion, Outcome, Run, RunError, TRAINING_SHAPES, captures,
-    execute, procedurals, thin_captures,
+    DRAWN_SHAPES, HELD_OUT_SHAPES, Job, JobReport, Motion, Outcome, Run, RunError, TRAINING_SHAPES,
+    captures, drawn_shape, execute, procedurals, thin_captures,
 };
 pub use settings::{SettingsError, SimSettings, Tissue};
 pub use shell::{Shell, ShellError, ShellReport, Surface, soft_vertices};

@@ -18,7 +18,7 @@ use crate::simulate::SimError;
 use crate::solver::Unstable;
 pub use execute::execute;
 pub use motions::{Motion, captures, procedurals, thin_captures};
-pub use shapes::{HELD_OUT_SHAPES, TRAINING_SHAPES};
+pub use shapes::{DRAWN_SHAPES, HELD_OUT_SHAPES, TRAINING_SHAPES, drawn_shape};
 
 /// One clip of the data set: a motion, perhaps mirrored, on one body shape.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Job {
     pub motion: Motion,
     /// Whether left and right are exchanged.
     pub mirrored: bool,
-    /// Index into the training shapes followed by the held-out ones.
+    /// Index into the training shapes, followed by the held-out and the drawn ones.
     pub shape: usize,
     /// Material multipliers.
     pub materials: Materials,
@@ -65,6 +65,8 @@ pub struct Run<'a> {
     pub vary_materials: bool,
     /// Number of training shapes to draw from, at most [`TRAINING_SHAPES`]'s.
     pub shapes: usize,
+    /// Whether every third motion also comes on one of [`DRAWN_SHAPES`] further training shapes.
+    pub further_shapes: bool,
 }
 
 /// How one job went.
@@ -149,20 +151,21 @@ pub enum RunError {
 }
 
 impl Run<'_> {
-    /// The shape coefficients with this index: training shapes first, then held-out ones.
+    /// The shape coefficients with this index: training shapes first, then held-out ones, then
+    /// drawn ones.
     pub fn shape(index: usize) -> [f32; SHAPE_COUNT] {
-        let training = TRAINING_SHAPES.len();
-        if index < training {
-            TRAINING_SHAPES[index]
-        } else {
-            HELD_OUT_SHAPES[(index - training) % HELD_OUT_SHAPES.len()]
+        let mut named = TRAINING_SHAPES.iter().chain(&HELD_OUT_SHAPES);
+        match named.nth(index) {
+            Some(shape) => *shape,
+            None => drawn_shape(index - shapes::FIRST_DRAWN),
         }
     }
 
     /// The clips to make of these motions, longest first so that threads end together.
     ///
     /// Each motion and, if wanted, its mirror image is simulated on one training shape drawn by name
-    /// and seed; every fourth also on a held-out one. Motions made by formula, which are few and
+    /// and seed; every fourth also on a held-out one, and every third on a further training shape if
+    /// these are wanted. Motions made by formula, which are few and
     /// mostly symmetric, come on three shapes instead of mirrored.
     ///
     /// # Errors
@@ -184,7 +187,10 @@ impl Run<'_> {
             for &mirrored in images {
                 let name = format!("{}{mirrored}", motion.name());
                 let draws = if motion.is_procedural() { 3 } else { 1 };
-                for shape in shapes::draw(&name, self.seed, self.shapes, draws) {
+                let further = shapes::draw_further(&name, self.seed);
+                let further = further.filter(|_| self.further_shapes);
+                let drawn = shapes::draw(&name, self.seed, self.shapes, draws);
+                for shape in drawn.into_iter().chain(further) {
                     let mut job = Job {
                         motion: motion.clone(),
                         mirrored,

@@ -77,6 +77,7 @@ fn a_survey_finds_the_largest_offset_where_it_is() {
         limit_frames: Some(120),
         mirrored: false,
         vary_materials: true,
+        further_shapes: true,
         shapes: 2,
     };
     let motions: Vec<_> = procedurals()

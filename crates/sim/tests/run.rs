@@ -26,6 +26,7 @@ fn run<'a>(body: &'a BodyModel, out: &Path) -> Run<'a> {
         limit_frames: Some(90),
         mirrored: true,
         vary_materials: true,
+        further_shapes: true,
         shapes: 7,
     }
 }

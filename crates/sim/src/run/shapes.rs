@@ -24,6 +24,49 @@ pub const HELD_OUT_SHAPES: [[f32; SHAPE_COUNT]; 3] = [
     [0.6, -1.9, 0.4, -0.3, 1.9, -1.4, -0.3, 0.2, 0.0, 0.0],
 ];
 
+/// How many further training shapes are drawn inside the box of [`TRAINING_SHAPES`].
+pub const DRAWN_SHAPES: usize = 64;
+
+/// Index of the first drawn shape: they come after the held-out ones.
+pub(super) const FIRST_DRAWN: usize = TRAINING_SHAPES.len() + HELD_OUT_SHAPES.len();
+
+/// A drawn shape: each coefficient by itself and evenly between the least and the greatest of
+/// [`TRAINING_SHAPES`]. Seven shapes show a network what a swing looks like but not how it depends on
+/// ten coefficients; a few clips of many shapes do. Depends on nothing but `index`.
+pub fn drawn_shape(index: usize) -> [f32; SHAPE_COUNT] {
+    let digest = Sha256::new()
+        .chain_update(b"drawn shape")
+        .chain_update((index as u64).to_le_bytes())
+        .finalize();
+    std::array::from_fn(|coefficient| {
+        // Two bytes a number: 20 of the 32.
+        let bytes = [digest[2 * coefficient], digest[2 * coefficient + 1]];
+        let even = f32::from(u16::from_le_bytes(bytes)) / f32::from(u16::MAX);
+        let (least, most) = range(coefficient);
+        least + even * (most - least)
+    })
+}
+
+/// The least and the greatest of a coefficient over [`TRAINING_SHAPES`].
+fn range(coefficient: usize) -> (f32, f32) {
+    let of_shapes = TRAINING_SHAPES.iter().map(|shape| shape[coefficient]);
+    of_shapes.fold((f32::MAX, f32::MIN), |(least, most), value| {
+        (least.min(value), most.max(value))
+    })
+}
+
+/// The drawn shape of a clip (index into all shapes), for every third clip. Depends on nothing but
+/// name and seed.
+pub(super) fn draw_further(name: &str, seed: u64) -> Option<usize> {
+    let digest = Sha256::new()
+        .chain_update(b"further shape")
+        .chain_update(seed.to_le_bytes())
+        .chain_update(name.as_bytes())
+        .finalize();
+    let index = FIRST_DRAWN + usize::from(digest[1]) % DRAWN_SHAPES;
+    digest[0].is_multiple_of(3).then_some(index)
+}
+
 /// Different training shapes below `available` for a clip, and for every fourth clip one held-out
 /// shape (counted on after all training shapes). Depends on nothing but name and seed.
 pub(super) fn draw(name: &str, seed: u64, available: usize, draws: usize) -> Vec<usize> {
@@ -49,6 +92,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn drawn_shapes_fill_the_box_of_the_training_shapes_and_hold_no_held_out_one() {
+        for coefficient in 0..SHAPE_COUNT {
+            let (least, most) = range(coefficient);
+            let mean = (0..DRAWN_SHAPES)
+                .map(|index| drawn_shape(index)[coefficient])
+                .inspect(|value| assert!((least..=most).contains(value)))
+                .sum::<f32>()
+                / DRAWN_SHAPES as f32;
+            let middle = (least + most) / 2.0;
+            assert!(
+                (mean - middle).abs() < 0.15 * (most - least),
+                "{coefficient}"
+            );
+        }
+        let outside = |shape: &[f32; SHAPE_COUNT]| {
+            (0..SHAPE_COUNT).any(|c| shape[c] < range(c).0 || shape[c] > range(c).1)
+        };
+        assert_eq!(HELD_OUT_SHAPES.map(|s| outside(&s)), [false, true, true]);
+    }
+
+    #[test]
     fn draws_spread_over_the_shapes_and_repeat() {
         let training = TRAINING_SHAPES.len();
         let mut count = [0; TRAINING_SHAPES.len() + HELD_OUT_SHAPES.len()];
@@ -63,6 +127,12 @@ mod tests {
         assert!(count.iter().all(|&n| n > 20), "{count:?}");
         let drawn = draw("x", 1, 3, 3);
         assert!(drawn.iter().filter(|&&s| s < training).all(|&s| s < 3));
+        let further: Vec<_> = (0..400)
+            .filter_map(|clip| draw_further(&format!("clip{clip}"), 1))
+            .collect();
+        assert!((100..170).contains(&further.len()), "{}", further.len());
+        let different: std::collections::BTreeSet<_> = further.iter().collect();
+        assert!(different.len() > 48, "{}", different.len());
         let drawn = draw("x", 1, training, 3);
         assert_eq!(drawn.iter().filter(|&&s| s < training).count(), 3);
     }

@@ -63,8 +63,12 @@ pub struct SimulateArgs {
     /// around the usual ones.
     #[arg(long)]
     vary_materials: bool,
+    /// Simulate every third motion also on one of 64 further shapes, drawn between the training
+    /// shapes
+    #[arg(long)]
+    further_shapes: bool,
     /// A whole data set: `full` takes the captures and the motions made by formula, mirror images,
-    /// slower and faster copies where captures are rare, and varied materials.
+    /// slower and faster copies where captures are rare, further shapes, and varied materials.
     #[arg(long, value_enum)]
     preset: Option<Preset>,
     /// Simulate only part I of N, for running on several machines: `--shard 2/8`. All parts may
@@ -137,6 +141,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         mirrored: !args.no_mirror,
         vary_materials: args.vary_materials || args.preset == Some(Preset::Full),
         shapes: args.shapes,
+        further_shapes: args.further_shapes || args.preset == Some(Preset::Full),
     };
     let shell = Shell::for_body(&body, &Run::shape(0), &run.settings)?;
     let mut jobs = run.plan(&motions(args)?)?;
