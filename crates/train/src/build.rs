@@ -1,9 +1,10 @@
 //! What the predictor is told about a body: its materials, and how thick its tissue is.
 //!
-//! β has ten coefficients, and a data set has a handful of shapes: a network that sees β itself
+//! β has ten coefficients, and a data set has few shapes beside that: a network that sees β itself
 //! fits these few and fails on others. What a region's swing depends on is the depth of its tissue
-//! (`f = sqrt(G / rho) / (4 h)`), one number, over which few shapes are spread well. So each block
-//! hears the logarithm of its own region's mean thickness, and its own materials.
+//! (`f = sqrt(G / rho) / (4 h)`): few numbers, over which few shapes are spread well. So each block
+//! hears the logarithm of the mean thickness of two parts of its own region, the thicker half (of the
+//! chest: the breasts) and the thinner, and its own materials. β itself is heard, too, but faintly.
 
 use dynaskin_body::{BodyModel, LEAST_THICKNESS_M, REGION_COUNT, SHAPE_COUNT};
 use dynaskin_runtime::features::MATERIAL_COUNT;
@@ -12,14 +13,21 @@ use serde::{Deserialize, Serialize};
 /// Below this deviation a number counts as constant and is not blown up.
 const SMALLEST_DEVIATION: f32 = 0.1;
 
+/// Parts of a region whose thickness is told.
+const PARTS: usize = 2;
+
+/// How loud β is, beside numbers of deviation 1.
+const SHAPE_LOUDNESS: f32 = 0.3;
+
 /// Turns the features of a body (materials, then β) into what the predictor hears: the materials
-/// (binary logarithms), then for each region the natural logarithm of its mean thickness over that at
-/// β = 0. Bodies of unknown thickness give β instead.
+/// (binary logarithms), β, then for each region and part the natural logarithm of its mean thickness
+/// over that at β = 0, if the thickness of the body is known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Build {
-    /// Mean thickness of each region at β = 0 in metres, or empty where it is not known.
+    /// Mean thickness of each part of each region (`[region][part]` flat) at β = 0 in metres, or
+    /// empty where it is not known.
     pub thickness_m: Vec<f32>,
-    /// Its change in metres per standard deviation, `[coefficient][region]` flat.
+    /// Its change in metres per standard deviation, `[coefficient][region][part]` flat.
     pub thickness_dirs_m: Vec<f32>,
     /// What each number is multiplied with before the predictor hears it.
     pub scale: Vec<f32>,
@@ -31,30 +39,25 @@ impl Build {
         let known = model.region_weights.len() == REGION_COUNT
             && !model.thickness_template_m.is_empty()
             && model.thickness_shape_dirs_m.len() == SHAPE_COUNT;
-        let mean = |thickness: &[f32], weights: &[f32]| {
-            let sum: f32 = thickness.iter().zip(weights).map(|(t, w)| t * w).sum();
-            sum / weights.iter().sum::<f32>().max(f32::MIN_POSITIVE)
-        };
-        let of_regions = |thickness: &[f32]| {
-            let regions = model.region_weights.iter();
-            regions
-                .map(|weights| mean(thickness, weights))
-                .collect::<Vec<f32>>()
-        };
-        // A region that the body does not have is thin and stays so.
-        let at_zero = |thickness_m: &f32| thickness_m.max(LEAST_THICKNESS_M);
-        let thickness_m: Vec<f32> = match known {
-            true => of_regions(&model.thickness_template_m)
-                .iter()
-                .map(at_zero)
-                .collect(),
+        let parts: Vec<Vec<f32>> = match known {
+            true => parts(model),
             false => Vec::new(),
         };
+        let of_parts = |thickness: &[f32]| {
+            let mean = |weights: &Vec<f32>| {
+                let sum: f32 = thickness.iter().zip(weights).map(|(t, w)| t * w).sum();
+                sum / weights.iter().sum::<f32>().max(f32::MIN_POSITIVE)
+            };
+            parts.iter().map(mean).collect::<Vec<f32>>()
+        };
+        // A region that the body does not have is thin and stays so.
+        let thickness_m = of_parts(&model.thickness_template_m);
+        let thickness_m = thickness_m.into_iter().map(|t| t.max(LEAST_THICKNESS_M));
         let dirs = model.thickness_shape_dirs_m.iter();
-        let dirs = dirs.flat_map(|dirs| of_regions(dirs));
+        let dirs = dirs.flat_map(|dirs| of_parts(dirs));
         let mut build = Self {
-            thickness_dirs_m: if known { dirs.collect() } else { Vec::new() },
-            thickness_m,
+            thickness_dirs_m: dirs.collect(),
+            thickness_m: thickness_m.collect(),
             scale: Vec::new(),
         };
         build.scale = vec![1.0; build.count()];
@@ -63,26 +66,19 @@ impl Build {
 
     /// How many numbers the predictor hears.
     pub fn count(&self) -> usize {
-        MATERIAL_COUNT + self.shape_count()
-    }
-
-    /// How many of them are about the shape.
-    pub fn shape_count(&self) -> usize {
-        if self.thickness_m.is_empty() {
-            SHAPE_COUNT
-        } else {
-            REGION_COUNT
-        }
+        MATERIAL_COUNT + SHAPE_COUNT + self.thickness_m.len()
     }
 
     /// Whether the block that belongs to `region` hears the number `index`; a block of no region
     /// hears all.
     pub fn is_heard(&self, index: usize, region: Option<usize>) -> bool {
         let Some(region) = region else { return true };
-        let shape = index.checked_sub(MATERIAL_COUNT);
-        match shape {
+        match index.checked_sub(MATERIAL_COUNT) {
             None => index % REGION_COUNT == region,
-            Some(index) => self.thickness_m.is_empty() || index == region,
+            Some(index) => match index.checked_sub(SHAPE_COUNT) {
+                None => true,
+                Some(index) => index / PARTS == region,
+            },
         }
     }
 
@@ -103,21 +99,18 @@ impl Build {
             .iter()
             .map(|square| 1.0 / deviation(square).max(SMALLEST_DEVIATION))
             .collect();
+        for scale in &mut self.scale[MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT] {
+            *scale *= SHAPE_LOUDNESS;
+        }
     }
 
     /// What the predictor hears of the body with these features: materials, then β.
     pub fn of(&self, body: &[f32]) -> Vec<f32> {
         let (materials, shape) = body.split_at(MATERIAL_COUNT);
-        let mut heard = materials.to_vec();
-        if self.thickness_m.is_empty() {
-            heard.extend_from_slice(shape);
-        }
-        for (region, at_zero_m) in self.thickness_m.iter().enumerate() {
-            let dirs_m = self
-                .thickness_dirs_m
-                .iter()
-                .skip(region)
-                .step_by(REGION_COUNT);
+        let mut heard = [materials, shape].concat();
+        for (part, at_zero_m) in self.thickness_m.iter().enumerate() {
+            let dirs_m = self.thickness_dirs_m.iter().skip(part);
+            let dirs_m = dirs_m.step_by(self.thickness_m.len());
             let change_m: f32 = dirs_m.zip(shape).map(|(dir, beta)| dir * beta).sum();
             let thickness_m = (at_zero_m + change_m).max(LEAST_THICKNESS_M);
             heard.push((thickness_m / at_zero_m).ln());
@@ -127,6 +120,27 @@ impl Build {
         }
         heard
     }
+}
+
+/// Weights of the vertices in each part of each region: the vertices that are thicker at β = 0 than
+/// the median of their region, counted by weight, and the others.
+fn parts(model: &BodyModel) -> Vec<Vec<f32>> {
+    let thickness_m = &model.thickness_template_m;
+    let mut parts = Vec::new();
+    for weights in &model.region_weights {
+        let mut order: Vec<usize> = (0..weights.len()).collect();
+        order.sort_by(|a, b| thickness_m[*b].total_cmp(&thickness_m[*a]));
+        let half = 0.5 * weights.iter().sum::<f32>();
+        let (mut thick, mut thin, mut seen) = (weights.clone(), weights.clone(), 0.0);
+        for vertex in order {
+            // Both halves have a vertex where a region has two.
+            let other = if seen < half { &mut thin } else { &mut thick };
+            other[vertex] = 0.0;
+            seen += weights[vertex];
+        }
+        parts.extend([thick, thin]);
+    }
+    parts
 }
 
 #[cfg(test)]
@@ -146,38 +160,57 @@ mod tests {
         model.thickness_shape_dirs_m = vec![vec![0.0; vertices]; SHAPE_COUNT];
         model.thickness_shape_dirs_m[3][1] = 0.02;
         let build = Build::of_body(&model);
-        assert_eq!(build.count(), 18);
+        assert_eq!(build.count(), 34);
+        let thickness = MATERIAL_COUNT + SHAPE_COUNT;
         let mut body = [0.0; MATERIAL_COUNT + SHAPE_COUNT];
         body[2] = -1.0;
         body[MATERIAL_COUNT + 3] = 1.0;
         let heard = build.of(&body);
         assert_eq!(heard[2], -1.0);
-        for (region, number) in heard[MATERIAL_COUNT..].iter().enumerate() {
+        assert_eq!(heard[MATERIAL_COUNT + 3], 1.0);
+        // Each region has one vertex here, which is its thicker half.
+        for (region, numbers) in heard[thickness..].chunks(PARTS).enumerate() {
             let expected = if region % vertices == 1 {
                 2f32.ln()
             } else {
                 0.0
             };
             assert!(
-                (number - expected).abs() < 1e-6,
-                "region {region}: {number}"
+                (numbers[0] - expected).abs() < 1e-6 && numbers[1] == 0.0,
+                "region {region}: {numbers:?}"
             );
         }
         body[MATERIAL_COUNT + 3] = -50.0;
         let least = (LEAST_THICKNESS_M / 0.02).ln();
-        assert!((build.of(&body)[MATERIAL_COUNT + 1] - least).abs() < 1e-6);
+        assert!((build.of(&body)[thickness + PARTS] - least).abs() < 1e-6);
     }
 
     #[test]
-    fn blocks_hear_their_own_region() {
+    fn the_halves_of_a_region_are_its_thick_and_its_thin_vertices() {
+        let mut model = fixture::symmetric_body(4);
+        let vertices = model.vertex_count();
+        model.region_weights = vec![vec![0.0; vertices]; REGION_COUNT];
+        model.region_weights[0][..4].fill(1.0);
+        model.thickness_template_m = vec![0.01; vertices];
+        model.thickness_template_m[..4].copy_from_slice(&[0.02, 0.05, 0.03, 0.04]);
+        model.thickness_shape_dirs_m = vec![vec![0.0; vertices]; SHAPE_COUNT];
+        let build = Build::of_body(&model);
+        assert!((build.thickness_m[0] - 0.045).abs() < 1e-6);
+        assert!((build.thickness_m[1] - 0.025).abs() < 1e-6);
+    }
+
+    #[test]
+    fn blocks_hear_their_own_region_and_the_shape() {
         let build = Build {
-            thickness_m: vec![0.02; REGION_COUNT],
-            thickness_dirs_m: vec![0.0; REGION_COUNT * SHAPE_COUNT],
-            scale: vec![1.0; 18],
+            thickness_m: vec![0.02; PARTS * REGION_COUNT],
+            thickness_dirs_m: vec![0.0; PARTS * REGION_COUNT * SHAPE_COUNT],
+            scale: vec![1.0; 34],
         };
-        let heard: Vec<usize> = (0..18).filter(|i| build.is_heard(*i, Some(1))).collect();
-        assert_eq!(heard, [1, 7, 13]);
-        assert!((0..18).all(|index| build.is_heard(index, None)));
+        let heard: Vec<usize> = (0..34).filter(|i| build.is_heard(*i, Some(1))).collect();
+        let shape = MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT;
+        let expected: Vec<usize> = [1, 7].into_iter().chain(shape).chain([24, 25]).collect();
+        assert_eq!(heard, expected);
+        assert!((0..34).all(|index| build.is_heard(index, None)));
     }
 
     #[test]

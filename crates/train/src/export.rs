@@ -61,11 +61,11 @@ fn condition(graph: &mut Graph, build: &Build, body: &Value) -> Result<Value, Wr
         return Ok(body.clone());
     }
     let parts = graph.split(body, 1, &[MATERIAL_COUNT, SHAPE_COUNT])?;
-    let regions = build.thickness_m.len();
+    let count = build.thickness_m.len();
     let dirs = &build.thickness_dirs_m;
     let dirs = graph.weights(
         "thickness_dirs",
-        &[SHAPE_COUNT, regions],
+        &[SHAPE_COUNT, count],
         dirs,
         Precision::Single,
     )?;
@@ -75,17 +75,17 @@ fn condition(graph: &mut Graph, build: &Build, body: &Value) -> Result<Value, Wr
         .iter()
         .map(|t| t - LEAST_THICKNESS_M)
         .collect();
-    let above = graph.weights("thickness", &[regions], &above, Precision::Single)?;
-    let least = vec![LEAST_THICKNESS_M; regions];
-    let least = graph.weights("least_thickness", &[regions], &least, Precision::Single)?;
+    let above = graph.weights("thickness", &[count], &above, Precision::Single)?;
+    let least = vec![LEAST_THICKNESS_M; count];
+    let least = graph.weights("least_thickness", &[count], &least, Precision::Single)?;
     let at_zero: Vec<f32> = build.thickness_m.iter().map(|t| t.ln()).collect();
-    let at_zero = graph.weights("log_thickness", &[regions], &at_zero, Precision::Single)?;
+    let at_zero = graph.weights("log_thickness", &[count], &at_zero, Precision::Single)?;
     let thickness = graph.dense(&parts[1], &dirs, &above)?;
     let thickness = graph.relu(&thickness);
     let thickness = graph.add(&thickness, &least)?;
     let thickness = graph.log(&thickness);
     let thickness = graph.sub(&thickness, &at_zero)?;
-    graph.concat(&[&parts[0], &thickness], 1)
+    graph.concat(&[body, &thickness], 1)
 }
 
 /// States that leave the graph, by the letter of their name.

@@ -6,7 +6,7 @@
 //! boxer and her calves) that do not hold for others. What acts across blocks (a thigh that pulls at
 //! the buttock, an arm against the chest) goes through the LSTM, which hears and serves all.
 
-use dynaskin_body::{BodyModel, JOINT_COUNT, Joint};
+use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT};
 use dynaskin_runtime::features::{FeatureKind, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS};
 
 use crate::blocks::BlockBasis;
@@ -40,8 +40,8 @@ impl Locality {
     }
 
     /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block feels the
-    /// joints that carry its skin and the parents of these, and hears materials and thickness of its
-    /// own region. The gates hear materials only.
+    /// joints that carry its skin and the parents of these, and hears the shape, and materials and
+    /// thickness of its own region. The gates hear materials and shape.
     pub fn of_body(
         model: &BodyModel,
         vertices: &[u32],
@@ -78,7 +78,9 @@ impl Locality {
         Self {
             felt: felt.collect(),
             heard: heard.collect(),
-            gates: (0..build.count()).map(|i| i < MATERIAL_COUNT).collect(),
+            gates: (0..build.count())
+                .map(|i| i < MATERIAL_COUNT + SHAPE_COUNT)
+                .collect(),
             latents: basis.blocks.iter().map(|b| b.basis.components()).collect(),
         }
     }

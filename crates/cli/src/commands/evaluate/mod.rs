@@ -5,7 +5,9 @@ mod cost;
 mod dynamics;
 mod page;
 mod pictures;
+mod places;
 mod simulated;
+mod subspaces;
 mod tables;
 
 use std::path::PathBuf;
@@ -50,6 +52,11 @@ pub struct EvaluateArgs {
     /// Leave out of the report what has to be simulated anew: other bodies and materials.
     #[arg(long, requires = "report")]
     without_simulation: bool,
+    /// Curves of autoencoders and principal components for the report, as `dynaskin train
+    /// --compare-subspaces` writes them; `methods/casas-otaduy/subspaces.csv` in the bundle's folder
+    /// where there is one, unless given.
+    #[arg(long, requires = "report")]
+    subspaces: Option<PathBuf>,
     /// Times in wasm for the report, as `npm run bench:methods` writes them.
     #[arg(long, requires = "report")]
     wasm_times: Option<PathBuf>,
@@ -84,6 +91,10 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         usual.is_dir().then_some(usual)
     });
     let mut found = bundles::others(folder.as_deref(), &bundle, &split)?;
+    let subspaces = args.subspaces.clone().or_else(|| {
+        let usual = folder.as_ref()?.join("casas-otaduy").join("subspaces.csv");
+        usual.is_file().then_some(usual)
+    });
     found.push(bundles::own(&args.model, player, bundle));
     let subject = page::Subject {
         data_set: &data_set,
@@ -91,6 +102,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         minutes: usize::from(args.minutes),
         simulate: !args.without_simulation,
         wasm_times: args.wasm_times.as_deref(),
+        subspaces: subspaces.as_deref(),
     };
     page::write(path, &subject, found)?;
     say(&format!("report written to {}", path.display()));

@@ -10,7 +10,7 @@ use dynaskin_train::{DataSet, Set, motion_features};
 use super::bundles::Found;
 use super::cost::{self, Cost};
 use super::tables::Csv;
-use super::{dynamics, simulated};
+use super::{dynamics, places, simulated, subspaces};
 use crate::commands::train::clip_bar;
 
 /// Most frames that a method is timed on.
@@ -33,6 +33,8 @@ pub struct Subject<'a> {
     /// Whether to simulate other bodies and materials.
     pub simulate: bool,
     pub wasm_times: Option<&'a Path>,
+    /// What subspaces can hold.
+    pub subspaces: Option<&'a Path>,
 }
 
 /// The methods of a report: the static one first.
@@ -96,6 +98,10 @@ pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyho
     dynamics::spectrum_section(&mut report, path, &methods, &comparison)?;
     dynamics::drift_section(&mut report, path, subject, &mut methods, &comparison)?;
     dynamics::rest_section(&mut report, path, subject, &mut methods, &comparison)?;
+    places::places_section(&mut report, path, subject, &mut methods)?;
+    if let Some(csv) = subject.subspaces {
+        subspaces::subspaces_section(&mut report, csv)?;
+    }
     if subject.simulate {
         simulated::bodies_section(&mut report, path, subject, &mut methods)?;
         simulated::materials_section(&mut report, path, subject, &mut methods)?;

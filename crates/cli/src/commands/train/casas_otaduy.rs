@@ -9,6 +9,7 @@ use dynaskin_train::{
     RegressorConfig, RunFolder, TrainingInput, compare_subspaces, train_casas_otaduy,
 };
 
+use super::subspaces::SubspaceRow;
 use super::{PaperArgs, clip_bar, epoch_line};
 use crate::commands::say;
 
@@ -145,7 +146,7 @@ pub fn train(
         let autoencoder = &config.autoencoder;
         let compared = compare_subspaces(input, autoencoder, &sizes, clip, folder, &mut progress)?;
         let mean = |curve: &[f64]| curve.iter().sum::<f64>() / curve.len().max(1) as f64;
-        let mut csv = String::from("latents,frame,autoencoder_mm,pca_mm\n");
+        let mut csv = format!("{}\n", SubspaceRow::HEAD);
         for errors in &compared {
             say(&format!(
                 "{clip}: {} latents: autoencoder {:.3} mm, principal components {:.3} mm",
@@ -155,10 +156,14 @@ pub fn train(
             ));
             let curves = errors.autoencoder_mm.iter().zip(&errors.pca_mm).enumerate();
             for (frame, (autoencoder, pca)) in curves {
-                csv.push_str(&format!(
-                    "{},{frame},{autoencoder:.4},{pca:.4}\n",
-                    errors.latents
-                ));
+                let row = SubspaceRow {
+                    clip: clip.clone(),
+                    latents: errors.latents,
+                    frame,
+                    autoencoder_mm: *autoencoder,
+                    pca_mm: *pca,
+                };
+                csv.push_str(&format!("{row}\n"));
             }
         }
         std::fs::create_dir_all(common.out)?;

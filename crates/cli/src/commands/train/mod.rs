@@ -4,6 +4,7 @@ mod casas_otaduy;
 mod dsnet;
 mod dynaskin;
 mod facts;
+mod subspaces;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,7 @@ use super::say;
 use casas_otaduy::CasasOtaduyArgs;
 use dsnet::DsnetArgs;
 use facts::facts;
+pub(in crate::commands) use subspaces::SubspaceRow;
 
 /// Arguments of `dynaskin train`.
 #[derive(Debug, Args)]
