@@ -33,7 +33,10 @@ const SHAPE_NAMES: [&str; TRAINING_SHAPES.len()] = [
 ];
 /// What the presets aim at where nothing is measured: hertz, and millimetres in running.
 const AIMS: [[&str; 2]; 6] = [
-    ["5 small, 4 D cup, 3 large", "40 small, 76 D cup, 100 large"],
+    [
+        "women: 5 small, 4 D cup, 3 large",
+        "women: 40 small, 76 D cup, 100 large",
+    ],
     ["8 lean, 3 soft", "5 lean, 30-60 soft"],
     ["4-7", "10-40"],
     ["13 women, 20 men", "5-15 women, 2-5 men"],
