@@ -4,7 +4,8 @@
 //! fits these few and fails on others. What a region's swing depends on is the depth of its tissue
 //! (`f = sqrt(G / rho) / (4 h)`): few numbers, over which few shapes are spread well. So each block
 //! hears the logarithm of the mean thickness of two parts of its own region, the thicker half (of the
-//! chest: the breasts) and the thinner, and its own materials. β itself is heard, too, but faintly.
+//! chest: the breasts) and the thinner, and its own materials. β itself is heard, too, but faintly, and
+//! no further than it was learned from: beyond that only the thickness tells.
 
 use dynaskin_body::{BodyModel, LEAST_THICKNESS_M, REGION_COUNT, SHAPE_COUNT};
 use dynaskin_runtime::features::MATERIAL_COUNT;
@@ -20,7 +21,7 @@ const PARTS: usize = 2;
 const SHAPE_LOUDNESS: f32 = 0.3;
 
 /// Turns the features of a body (materials, then β) into what the predictor hears: the materials
-/// (binary logarithms), β, then for each region and part the natural logarithm of its mean thickness
+/// (binary logarithms), β within the range learned from, then for each region and part the natural logarithm of its mean thickness
 /// over that at β = 0, if the thickness of the body is known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Build {
@@ -29,12 +30,14 @@ pub struct Build {
     pub thickness_m: Vec<f32>,
     /// Its change in metres per standard deviation, `[coefficient][region][part]` flat.
     pub thickness_dirs_m: Vec<f32>,
+    /// The least and the greatest of each coefficient of β among the bodies learned from.
+    pub shape_range: [(f32, f32); SHAPE_COUNT],
     /// What each number is multiplied with before the predictor hears it.
     pub scale: Vec<f32>,
 }
 
 impl Build {
-    /// Of the body `model`; nothing is scaled yet.
+    /// Of the body `model`; nothing is scaled or limited yet.
     pub fn of_body(model: &BodyModel) -> Self {
         let known = model.region_weights.len() == REGION_COUNT
             && !model.thickness_template_m.is_empty()
@@ -58,6 +61,7 @@ impl Build {
         let mut build = Self {
             thickness_dirs_m: dirs.collect(),
             thickness_m: thickness_m.collect(),
+            shape_range: [(-10.0, 10.0); SHAPE_COUNT],
             scale: Vec::new(),
         };
         build.scale = vec![1.0; build.count()];
@@ -82,13 +86,17 @@ impl Build {
         }
     }
 
-    /// Sets the scale so that the given features of bodies, each `[materials, β]`, come out with
-    /// deviations of 1 about 0.
-    pub fn fit_scale<'a>(&mut self, bodies: impl Iterator<Item = &'a [f32]>) {
+    /// Sets range and scale by the bodies learned from, each `[materials, β]`, so that numbers come
+    /// out with deviations of 1 about 0.
+    pub fn fit<'a>(&mut self, bodies: impl Iterator<Item = &'a [f32]>) {
         self.scale.fill(1.0);
+        self.shape_range = [(f32::MAX, f32::MIN); SHAPE_COUNT];
         let mut squares = vec![0.0; self.count()];
         let mut bodies_seen = 0;
         for body in bodies {
+            for ((least, most), beta) in self.shape_range.iter_mut().zip(&body[MATERIAL_COUNT..]) {
+                (*least, *most) = (least.min(*beta), most.max(*beta));
+            }
             for (square, number) in squares.iter_mut().zip(self.of(body)) {
                 *square += number * number;
             }
@@ -107,7 +115,9 @@ impl Build {
     /// What the predictor hears of the body with these features: materials, then β.
     pub fn of(&self, body: &[f32]) -> Vec<f32> {
         let (materials, shape) = body.split_at(MATERIAL_COUNT);
-        let mut heard = [materials, shape].concat();
+        let within = shape.iter().zip(&self.shape_range);
+        let within = within.map(|(beta, (least, most))| beta.max(*least).min(*most));
+        let mut heard: Vec<f32> = materials.iter().copied().chain(within).collect();
         for (part, at_zero_m) in self.thickness_m.iter().enumerate() {
             let dirs_m = self.thickness_dirs_m.iter().skip(part);
             let dirs_m = dirs_m.step_by(self.thickness_m.len());
@@ -204,6 +214,7 @@ mod tests {
         let build = Build {
             thickness_m: vec![0.02; PARTS * REGION_COUNT],
             thickness_dirs_m: vec![0.0; PARTS * REGION_COUNT * SHAPE_COUNT],
+            shape_range: [(-2.0, 2.0); SHAPE_COUNT],
             scale: vec![1.0; 34],
         };
         let heard: Vec<usize> = (0..34).filter(|i| build.is_heard(*i, Some(1))).collect();
@@ -214,16 +225,22 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_gives_unit_deviations() {
+    fn bodies_learned_from_give_the_scale_and_the_range() {
         let mut build = Build::of_body(&fixture::symmetric_body(4));
         let bodies: Vec<Vec<f32>> = [-2.0f32, 2.0]
             .map(|number| vec![number; MATERIAL_COUNT + SHAPE_COUNT])
             .into();
-        build.fit_scale(bodies.iter().map(Vec::as_slice));
+        build.fit(bodies.iter().map(Vec::as_slice));
         assert!(
             build.of(&bodies[1])[..MATERIAL_COUNT]
                 .iter()
                 .all(|n| (n - 1.0).abs() < 1e-6)
+        );
+        let beyond = vec![5.0; MATERIAL_COUNT + SHAPE_COUNT];
+        let shape = MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT;
+        assert_eq!(
+            build.of(&beyond)[shape.clone()],
+            build.of(&bodies[1])[shape]
         );
     }
 }

@@ -57,10 +57,21 @@ pub fn predictor_onnx(
 
 /// What the predictor hears of a body, before scaling ([`Build::of`]), from `[1, materials + β]`.
 fn condition(graph: &mut Graph, build: &Build, body: &Value) -> Result<Value, WriteError> {
-    if build.thickness_m.is_empty() {
-        return Ok(body.clone());
-    }
     let parts = graph.split(body, 1, &[MATERIAL_COUNT, SHAPE_COUNT])?;
+    // clamp(β) = β + relu(least - β) - relu(β - most)
+    let least: Vec<f32> = build.shape_range.iter().map(|range| range.0).collect();
+    let most: Vec<f32> = build.shape_range.iter().map(|range| range.1).collect();
+    let least = graph.weights("least_shape", &[SHAPE_COUNT], &least, Precision::Single)?;
+    let most = graph.weights("greatest_shape", &[SHAPE_COUNT], &most, Precision::Single)?;
+    let below = graph.sub(&least, &parts[1])?;
+    let below = graph.relu(&below);
+    let beyond = graph.sub(&parts[1], &most)?;
+    let beyond = graph.relu(&beyond);
+    let within = graph.add(&parts[1], &below)?;
+    let within = graph.sub(&within, &beyond)?;
+    if build.thickness_m.is_empty() {
+        return graph.concat(&[&parts[0], &within], 1);
+    }
     let count = build.thickness_m.len();
     let dirs = &build.thickness_dirs_m;
     let dirs = graph.weights(
@@ -85,7 +96,7 @@ fn condition(graph: &mut Graph, build: &Build, body: &Value) -> Result<Value, Wr
     let thickness = graph.add(&thickness, &least)?;
     let thickness = graph.log(&thickness);
     let thickness = graph.sub(&thickness, &at_zero)?;
-    graph.concat(&[body, &thickness], 1)
+    graph.concat(&[&parts[0], &within, &thickness], 1)
 }
 
 /// States that leave the graph, by the letter of their name.
@@ -302,4 +313,127 @@ fn scaled_rows(matrix: &Tensor<2>, scale: &[f32]) -> Vec<f32> {
 
 fn flat<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().iter::<f32>().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use burn::tensor::{Device, TensorData};
+    use dynaskin_body::REGION_COUNT;
+    use dynaskin_runtime::features::FeatureKind;
+    use dynaskin_runtime::{Predictor as Plan, PredictorSession};
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::fixture;
+    use crate::locality::Locality;
+    use crate::predictor::Window;
+
+    const KIND: FeatureKind = FeatureKind::InertialMaterials;
+    const FRAMES: usize = 12;
+
+    /// A body of known thickness, and what a network would hear of it after learning from bodies
+    /// with β within ±1.
+    fn build() -> Build {
+        let mut model = fixture::symmetric_body(4);
+        let vertices = model.vertex_count();
+        let share = |region: usize| move |v: usize| f32::from(u8::from(v % REGION_COUNT == region));
+        model.region_weights = (0..REGION_COUNT)
+            .map(|region| (0..vertices).map(share(region)).collect())
+            .collect();
+        model.thickness_template_m = (0..vertices).map(|v| 0.01 * (v + 1) as f32).collect();
+        model.thickness_shape_dirs_m = (0..SHAPE_COUNT)
+            .map(|k| {
+                (0..vertices)
+                    .map(|v| 0.001 * ((k * v) % 5) as f32)
+                    .collect()
+            })
+            .collect();
+        let mut build = Build::of_body(&model);
+        let bodies = [-1.0f32, 1.0].map(|x| vec![x; MATERIAL_COUNT + SHAPE_COUNT]);
+        build.fit(bodies.iter().map(Vec::as_slice));
+        build
+    }
+
+    #[test]
+    fn the_file_plays_what_was_trained_for_bodies_within_and_beyond_what_was_learned() {
+        let build = build();
+        let sizes = PredictorSizes {
+            motion: KIND.motion_count(),
+            conditions: build.count(),
+            encoding: 12,
+            springs: 10,
+            hidden: 6,
+            latent: 8,
+        };
+        let device = Device::flex();
+        device.seed(3);
+        let locality = Locality::everywhere(sizes.motion, sizes.conditions, sizes.latent);
+        let predictor = Predictor::new(sizes, &locality, &device);
+        let mut rng = Pcg64Mcg::seed_from_u64(7);
+        let mut numbers = |count: usize| -> Vec<f32> {
+            (0..count).map(|_| rng.random_range(-1.5..1.5)).collect()
+        };
+        let normaliser = Normaliser {
+            origin: numbers(KIND.count()),
+            scale: numbers(KIND.count())
+                .iter()
+                .map(|x| 0.2 + x.abs())
+                .collect(),
+            motion: sizes.motion,
+        };
+        let deviation_m = vec![0.002; sizes.latent];
+        let onnx = predictor_onnx(
+            &predictor,
+            &normaliser,
+            &build,
+            &deviation_m,
+            Precision::Single,
+        );
+        let plan = Plan::load(&onnx.expect("a file")).expect("a plan");
+        let mut session = PredictorSession::new(Arc::new(plan)).expect("a session");
+        for reach in [0.6, 3.0] {
+            let body: Vec<f32> = numbers(MATERIAL_COUNT + SHAPE_COUNT)
+                .iter()
+                .map(|x| reach * x)
+                .collect();
+            let motion = numbers(FRAMES * sizes.motion);
+            let features: Vec<f32> = motion
+                .chunks_exact(sizes.motion)
+                .flat_map(|frame| frame.iter().chain(&body).copied())
+                .collect();
+            let normalised = normaliser.apply(&features).0;
+            let matrix = |numbers: Vec<f32>, columns: usize| {
+                let shape = [numbers.len() / columns, columns];
+                Tensor::<2>::from_data(TensorData::new(numbers, shape), &device)
+            };
+            let window = Window {
+                motion: matrix(normalised, sizes.motion),
+                condition: matrix(build.of(&body).repeat(FRAMES), sizes.conditions),
+                keep: vec![None; FRAMES],
+                lanes: 1,
+            };
+            let (latents, _) = predictor.forward(&window, predictor.rest_state(1, &device));
+            let trained: Vec<f32> = latents.into_data().iter::<f32>().collect();
+            let mut state = session.predictor().zero_state();
+            let mut latent = vec![0.0; sizes.latent];
+            let mut largest = 0.0f32;
+            for (frame, expected) in features
+                .chunks_exact(KIND.count())
+                .zip(trained.chunks_exact(sizes.latent))
+            {
+                session
+                    .step(frame, &mut state, &mut latent)
+                    .expect("a step");
+                for (latent, expected) in latent.iter().zip(expected) {
+                    let error = (latent / deviation_m[0] - expected).abs();
+                    largest = largest.max(expected.abs());
+                    assert!(error < 2e-5 * largest.max(1.0), "{latent} {expected}");
+                }
+            }
+            assert!(largest > 0.1, "{largest}");
+        }
+    }
 }

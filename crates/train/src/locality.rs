@@ -40,7 +40,7 @@ impl Locality {
     }
 
     /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block feels the
-    /// joints that carry its skin and the parents of these, and hears the shape, and materials and
+    /// joints that carry its skin, and the parents and children of these, and hears the shape, and materials and
     /// thickness of its own region. The gates hear materials and shape.
     pub fn of_body(
         model: &BodyModel,
@@ -60,12 +60,15 @@ impl Locality {
             let all: f32 = weights.iter().sum();
             let mut felt = [false; JOINT_COUNT];
             for joint in Joint::ALL {
-                if weights[joint as usize] > CARRIER_SHARE * all {
+                let carries = |joint: Joint| weights[joint as usize] > CARRIER_SHARE * all;
+                let parent = joint.parent();
+                if carries(joint) {
                     felt[joint as usize] = true;
-                    if let Some(parent) = joint.parent() {
+                    if let Some(parent) = parent {
                         felt[parent as usize] = true;
                     }
                 }
+                felt[joint as usize] |= parent.is_some_and(carries);
             }
             features_of_joints(&felt, kind)
         });

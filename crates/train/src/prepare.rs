@@ -133,7 +133,7 @@ fn normalised(
     };
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let bodies: Vec<Vec<f32>> = training.map(first_frame).collect();
-    build.fit_scale(bodies.iter().map(Vec::as_slice));
+    build.fit(bodies.iter().map(Vec::as_slice));
     let mut data = PredictorData {
         training: Vec::new(),
         validation: Vec::new(),
