@@ -6,6 +6,7 @@ mod dynamics;
 mod page;
 mod pictures;
 mod places;
+mod shapes;
 mod simulated;
 mod subspaces;
 mod tables;
