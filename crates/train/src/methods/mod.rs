@@ -3,6 +3,7 @@
 mod casas_otaduy;
 mod dmpl;
 pub mod dsnet;
+pub mod dynaskin;
 mod spring_bones;
 
 use dynaskin_body::BodyModel;

@@ -20,7 +20,7 @@ use crate::data::{Tissue, features_of, motion_of, offsets_of};
 use crate::mirror::Mirror;
 use crate::normaliser::Normaliser;
 use crate::pca::Basis;
-use crate::prepare::{Draw, mirrored_latents, sample_offsets};
+use crate::sample::{Draw, mirrored_latents, sample_offsets};
 use crate::split::Set;
 use regression::{Regression, Series, Sums};
 

@@ -4,14 +4,14 @@ use burn::grad_clipping::GradientClippingConfig;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 
+use super::blocks::Block;
+use super::config::TrainConfig;
+use super::lanes::{Batch, Lanes, Sequence};
+use super::locality::Locality;
+use super::predictor::{Predictor, PredictorSizes};
 use crate::TrainError;
-use crate::blocks::Block;
 use crate::checkpoint::{Checkpoint, EpochRecord};
-use crate::config::TrainConfig;
 use crate::epochs::{EpochRun, Validation, rate_share};
-use crate::lanes::{Batch, Lanes, Sequence};
-use crate::locality::Locality;
-use crate::predictor::{Predictor, PredictorSizes};
 
 /// Rounds the corner of the loss at zero error, in millimetres: below it frames count as done.
 const LOSS_FLOOR_MM: f32 = 0.05;

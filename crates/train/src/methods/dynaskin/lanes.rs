@@ -9,7 +9,7 @@ use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::predictor::Window;
+use super::predictor::Window;
 
 /// One clip as the network sees it.
 #[derive(Clone, Debug)]

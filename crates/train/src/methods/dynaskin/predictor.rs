@@ -39,7 +39,7 @@ use burn::module::{Module, Param};
 use burn::nn::Initializer;
 use burn::tensor::{Device, Tensor, TensorData, activation};
 
-use crate::locality::{Locality, same_block};
+use super::locality::{Locality, same_block};
 
 /// Frames are cut from a window in two stages of about this many, because the gradient of a cut is
 /// as large as what it was cut from.

@@ -9,8 +9,8 @@
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT};
 use dynaskin_runtime::features::{FeatureKind, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS};
 
-use crate::blocks::BlockBasis;
-use crate::build::Build;
+use super::blocks::BlockBasis;
+use super::build::Build;
 
 /// A joint carries a block if it has this share of its skin weights.
 const CARRIER_SHARE: f32 = 0.015;

@@ -6,11 +6,11 @@ use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
 
 use dynaskin_runtime::features::MATERIAL_COUNT;
 
+use super::blocks::BlockBasis;
+use super::build::Build;
+use super::predictor::{Predictor, PredictorSizes};
 use crate::TrainError;
-use crate::blocks::BlockBasis;
-use crate::build::Build;
 use crate::normaliser::Normaliser;
-use crate::predictor::{Predictor, PredictorSizes};
 
 /// `predictor.onnx`: `features` [1,F] and the states `state_q`, `state_v` [1,springs] and
 /// `state_h`, `state_c` [1,hidden] in; `latent` [1,L] (metres) and `state_*_out` out. One call is
@@ -328,8 +328,8 @@ mod tests {
 
     use super::*;
     use crate::fixture;
-    use crate::locality::Locality;
-    use crate::predictor::Window;
+    use crate::methods::dynaskin::locality::Locality;
+    use crate::methods::dynaskin::predictor::Window;
 
     const KIND: FeatureKind = FeatureKind::InertialMaterials;
     const FRAMES: usize = 12;
