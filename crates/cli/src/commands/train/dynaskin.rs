@@ -52,8 +52,7 @@ fn dynaskin_networks(
         feature_kind: FeatureKind::InertialMaterials,
         predictor_onnx: predictor_onnx(
             predictor,
-            &prepared.normaliser,
-            &prepared.build,
+            &prepared.hearing,
             &prepared.data.deviation_m,
             Precision::Half,
         )?,

@@ -9,8 +9,9 @@ use dynaskin_runtime::features::MATERIAL_COUNT;
 use super::blocks::BlockBasis;
 use super::build::Build;
 use super::predictor::{Predictor, PredictorSizes};
+use super::prepare::Hearing;
+use super::spin::Spin;
 use crate::TrainError;
-use crate::normaliser::Normaliser;
 
 /// `predictor.onnx`: `features` [1,F] and the states `state_q`, `state_v` [1,springs] and
 /// `state_h`, `state_c` [1,hidden] in; `latent` [1,L] (metres) and `state_*_out` out. One call is
@@ -22,21 +23,27 @@ use crate::normaliser::Normaliser;
 /// [`TrainError::Onnx`], such as for weights that are not finite.
 pub fn predictor_onnx(
     predictor: &Predictor,
-    normaliser: &Normaliser,
-    build: &Build,
+    hearing: &Hearing,
     deviation_m: &[f32],
     precision: Precision,
 ) -> Result<Vec<u8>, TrainError> {
-    let weights = Folded::new(predictor, normaliser, build, deviation_m, precision);
+    let normaliser = &hearing.normaliser;
+    let weights = Folded::new(predictor, hearing, deviation_m, precision);
     let sizes = weights.sizes;
     let mut graph = Graph::new("predictor");
-    let kind_conditions = normaliser.origin.len() - sizes.motion;
+    let motion_count = normaliser.motion;
+    let kind_conditions = normaliser.origin.len() - motion_count;
     let features = graph.input("features", &[1, normaliser.origin.len()])?;
-    let parts = graph.split(&features, 1, &[sizes.motion, kind_conditions])?;
-    let origin = &normaliser.origin[..sizes.motion];
-    let origin = graph.weights("origin", &[sizes.motion], origin, Precision::Single)?;
-    let motion = &graph.sub(&parts[0], &origin)?;
-    let condition = &condition(&mut graph, build, &parts[1])?;
+    let parts = graph.split(&features, 1, &[motion_count, kind_conditions])?;
+    let origin = &normaliser.origin[..motion_count];
+    let origin = graph.weights("origin", &[motion_count], origin, Precision::Single)?;
+    let centred = graph.sub(&parts[0], &origin)?;
+    let [first, second] = Spin::factors();
+    let first = graph.gather(&parts[0], 1, &first)?;
+    let second = graph.gather(&parts[0], 1, &second)?;
+    let spin = graph.mul(&first, &second)?;
+    let motion = &graph.concat(&[&centred, &spin], 1)?;
+    let condition = &condition(&mut graph, &hearing.build, &parts[1])?;
     let encoder = weights.matrix(&mut graph, "encoder", &weights.encoder, sizes.motion)?;
     let encoding = graph.matmul(motion, &encoder)?;
     let encoding = graph.tanh(&encoding);
@@ -61,7 +68,7 @@ fn condition(graph: &mut Graph, build: &Build, body: &Value) -> Result<Value, Wr
     // clamp(β) = β + relu(least - β) - relu(β - most)
     let least: Vec<f32> = build.shape_range.iter().map(|range| range.0).collect();
     let most: Vec<f32> = build.shape_range.iter().map(|range| range.1).collect();
-    let least = graph.weights("least_shape", &[SHAPE_COUNT], &least, Precision::Single)?;
+    let least = graph.weights("least_shape", &[1, SHAPE_COUNT], &least, Precision::Single)?;
     let most = graph.weights("greatest_shape", &[SHAPE_COUNT], &most, Precision::Single)?;
     let below = graph.sub(&least, &parts[1])?;
     let below = graph.relu(&below);
@@ -125,7 +132,6 @@ fn springs(
     let poles = weights.matrix(graph, "poles", &weights.poles, pole_rows)?;
     let poles_bias = weights.vector(graph, "poles_bias", &weights.poles_bias)?;
     let mode_scale = weights.matrix(graph, "mode_scale", &weights.mode_scale, conditions)?;
-    let ones = weights.vector(graph, "ones", &vec![1.0; 2 * springs])?;
 
     let pole_input = graph.concat(&[condition, encoding], 1)?;
     let poles = graph.dense(&pole_input, &poles, &poles_bias)?;
@@ -140,7 +146,8 @@ fn springs(
     let kept = graph.mul(retained, &velocity)?;
     let velocity = graph.add(&kept, &pull)?;
     let position = graph.add(&position, &velocity)?;
-    let scale = graph.dense(condition, &mode_scale, &ones)?;
+    let scale = graph.matmul(condition, &mode_scale)?;
+    let scale = graph.exp(&scale);
     let modes = graph.concat(&[&position, &velocity], 1)?;
     let modes = graph.mul(&modes, &scale)?;
     Ok((modes, [("q", position), ("v", velocity)]))
@@ -232,14 +239,15 @@ struct Folded {
 impl Folded {
     fn new(
         predictor: &Predictor,
-        normaliser: &Normaliser,
-        build: &Build,
+        hearing: &Hearing,
         deviation_m: &[f32],
         precision: Precision,
     ) -> Self {
         let sizes = predictor.sizes();
-        let motion_scale = &normaliser.scale[..sizes.motion];
-        let condition_scale = &build.scale;
+        let normaliser = &hearing.normaliser;
+        let motion_scale = &normaliser.scale[..normaliser.motion];
+        let motion_scale = &[motion_scale, &hearing.spin.scale].concat();
+        let condition_scale = &hearing.build.scale;
         let hidden = sizes.hidden;
         let mut poles = scaled_rows(&predictor.local_poles(), condition_scale);
         let mut poles_bias = flat(predictor.poles_bias.val());
@@ -330,6 +338,8 @@ mod tests {
     use crate::fixture;
     use crate::methods::dynaskin::locality::Locality;
     use crate::methods::dynaskin::predictor::Window;
+    use crate::methods::dynaskin::spin::SPIN_COUNT;
+    use crate::normaliser::Normaliser;
 
     const KIND: FeatureKind = FeatureKind::InertialMaterials;
     const FRAMES: usize = 12;
@@ -361,7 +371,7 @@ mod tests {
     fn the_file_plays_what_was_trained_for_bodies_within_and_beyond_what_was_learned() {
         let build = build();
         let sizes = PredictorSizes {
-            motion: KIND.motion_count(),
+            motion: Hearing::MOTION_COUNT,
             conditions: build.count(),
             encoding: 12,
             springs: 10,
@@ -382,16 +392,17 @@ mod tests {
                 .iter()
                 .map(|x| 0.2 + x.abs())
                 .collect(),
-            motion: sizes.motion,
+            motion: KIND.motion_count(),
+        };
+        let hearing = Hearing {
+            normaliser,
+            spin: Spin {
+                scale: numbers(SPIN_COUNT),
+            },
+            build,
         };
         let deviation_m = vec![0.002; sizes.latent];
-        let onnx = predictor_onnx(
-            &predictor,
-            &normaliser,
-            &build,
-            &deviation_m,
-            Precision::Single,
-        );
+        let onnx = predictor_onnx(&predictor, &hearing, &deviation_m, Precision::Single);
         let plan = Plan::load(&onnx.expect("a file")).expect("a plan");
         let mut session = PredictorSession::new(Arc::new(plan)).expect("a session");
         for reach in [0.6, 3.0] {
@@ -399,19 +410,18 @@ mod tests {
                 .iter()
                 .map(|x| reach * x)
                 .collect();
-            let motion = numbers(FRAMES * sizes.motion);
+            let motion = numbers(FRAMES * KIND.motion_count());
             let features: Vec<f32> = motion
-                .chunks_exact(sizes.motion)
+                .chunks_exact(KIND.motion_count())
                 .flat_map(|frame| frame.iter().chain(&body).copied())
                 .collect();
-            let normalised = normaliser.apply(&features).0;
             let matrix = |numbers: Vec<f32>, columns: usize| {
                 let shape = [numbers.len() / columns, columns];
                 Tensor::<2>::from_data(TensorData::new(numbers, shape), &device)
             };
             let window = Window {
-                motion: matrix(normalised, sizes.motion),
-                condition: matrix(build.of(&body).repeat(FRAMES), sizes.conditions),
+                motion: matrix(hearing.motion(&features), sizes.motion),
+                condition: matrix(hearing.build.of(&body).repeat(FRAMES), sizes.conditions),
                 keep: vec![None; FRAMES],
                 lanes: 1,
             };

@@ -7,10 +7,12 @@
 //! the buttock, an arm against the chest) goes through the LSTM, which hears and serves all.
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT};
-use dynaskin_runtime::features::{FeatureKind, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS};
+use dynaskin_runtime::features::{INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS};
 
 use super::blocks::BlockBasis;
 use super::build::Build;
+use super::prepare::Hearing;
+use super::spin::SPINS;
 
 /// A joint carries a block if it has this share of its skin weights.
 const CARRIER_SHARE: f32 = 0.015;
@@ -40,15 +42,9 @@ impl Locality {
     }
 
     /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block feels the
-    /// joints that carry its skin, and the parents and children of these, and hears the shape, and materials and
+    /// joints that carry its skin and the parents of these, and hears the shape, and materials and
     /// thickness of its own region. The gates hear materials and shape.
-    pub fn of_body(
-        model: &BodyModel,
-        vertices: &[u32],
-        basis: &BlockBasis,
-        build: &Build,
-        kind: FeatureKind,
-    ) -> Self {
+    pub fn of_body(model: &BodyModel, vertices: &[u32], basis: &BlockBasis, build: &Build) -> Self {
         let felt = basis.blocks.iter().map(|block| {
             let mut weights = [0.0; JOINT_COUNT];
             for slot in &block.slots {
@@ -60,17 +56,14 @@ impl Locality {
             let all: f32 = weights.iter().sum();
             let mut felt = [false; JOINT_COUNT];
             for joint in Joint::ALL {
-                let carries = |joint: Joint| weights[joint as usize] > CARRIER_SHARE * all;
-                let parent = joint.parent();
-                if carries(joint) {
+                if weights[joint as usize] > CARRIER_SHARE * all {
                     felt[joint as usize] = true;
-                    if let Some(parent) = parent {
+                    if let Some(parent) = joint.parent() {
                         felt[parent as usize] = true;
                     }
                 }
-                felt[joint as usize] |= parent.is_some_and(carries);
             }
-            features_of_joints(&felt, kind)
+            features_of_joints(&felt)
         });
         let heard = basis.blocks.iter().map(|block| {
             let region = block.region.map(|region| region as usize);
@@ -105,15 +98,17 @@ impl Locality {
     }
 }
 
-/// Which features of the inertial kinds are about the given joints.
-fn features_of_joints(joints: &[bool; JOINT_COUNT], kind: FeatureKind) -> Vec<bool> {
+/// Which numbers about the motion ([`Hearing::motion`]) are about the given joints.
+fn features_of_joints(joints: &[bool; JOINT_COUNT]) -> Vec<bool> {
     let inertial = INERTIAL_JOINTS.into_iter().map(|joint| (joint, 9));
     let rotations = ROTATION_JOINTS.into_iter().map(|joint| (joint, 6));
+    let spins = INERTIAL_JOINTS.into_iter().map(|joint| (joint, SPINS));
     let felt: Vec<bool> = inertial
         .chain(rotations)
+        .chain(spins)
         .flat_map(|(joint, count)| std::iter::repeat_n(joints[joint as usize], count))
         .collect();
-    debug_assert_eq!(felt.len(), kind.motion_count());
+    debug_assert_eq!(felt.len(), Hearing::MOTION_COUNT);
     felt
 }
 

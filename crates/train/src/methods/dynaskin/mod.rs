@@ -9,6 +9,7 @@ mod lanes;
 mod locality;
 mod predictor;
 mod prepare;
+mod spin;
 mod trainer;
 
 pub use blocks::{Block, BlockBasis, Part, partition};
@@ -18,5 +19,6 @@ pub use export::{decoder_onnx, predictor_onnx};
 pub use lanes::Sequence;
 pub use locality::Locality;
 pub use predictor::{Predictor, PredictorSizes, PredictorState};
-pub use prepare::{Prepared, prepare};
+pub use prepare::{Hearing, Prepared, prepare};
+pub use spin::Spin;
 pub use trainer::{BlockSize, PredictorData, train};

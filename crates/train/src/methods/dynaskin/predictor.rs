@@ -7,15 +7,14 @@
 //! Schmidhuber 1997, as in DSNet, Seo, Zou, Cordier 2021, section 5) that sees the springs and adds
 //! what is not linear: tissue stiffens with strain. One linear layer reads the latents off both.
 //!
-//! Per tick, with x the normalised motion features and β what the body is like (shape, and
-//! materials where the features have them), normalised:
+//! Per tick, with x the normalised motion and β what the body is like ([`super::Hearing`]):
 //!
 //! ```text
 //! e = tanh(x E)                             encoding
 //! k = 2 σ(K0 + [β, e] K),  d = σ(D0 + [β, e] D)
 //! v' = v - d v + k ([x, e] U - q)           each spring is pulled to where its drive points
 //! q' = q + v'
-//! m = [q', v'] (1 + β G)                    modes, scaled by shape
+//! m = [q', v'] exp(β G)                     modes, scaled by shape: a power of the thickness
 //! c = tanh([m, e] C)
 //! i, o, f = σ([c, β, h] + bias)             the LSTM's gates
 //! cell' = f cell + i tanh(c W),  h' = o tanh(cell')
@@ -372,7 +371,7 @@ impl Predictor {
             vec![Tensor::cat(positions, 0), Tensor::cat(velocities, 0)],
             1,
         );
-        let scale = condition.clone().matmul(self.local_mode_scale()) + 1.0;
+        let scale = condition.clone().matmul(self.local_mode_scale()).exp();
         (modes * scale, position, velocity)
     }
 

@@ -8,6 +8,7 @@ use super::build::Build;
 use super::config::TrainConfig;
 use super::lanes::Sequence;
 use super::locality::Locality;
+use super::spin::{SPIN_COUNT, Spin};
 use super::trainer::{BlockSize, PredictorData};
 use crate::TrainError;
 use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
@@ -19,15 +20,39 @@ use crate::split::Set;
 /// What dynaskin's networks take as input.
 pub(crate) const KIND: FeatureKind = FeatureKind::InertialMaterials;
 
+/// Turns the runtime's features into what the predictor hears.
+#[derive(Clone, Debug)]
+pub struct Hearing {
+    /// Scaling of the motion features.
+    pub normaliser: Normaliser,
+    /// Products of angular velocities.
+    pub spin: Spin,
+    /// What is told about the body.
+    pub build: Build,
+}
+
+impl Hearing {
+    /// How many numbers are about the motion.
+    pub const MOTION_COUNT: usize = KIND.motion_count() + SPIN_COUNT;
+
+    /// Motion of each frame, `[frame][number]` flat: the scaled features, then the products.
+    pub fn motion(&self, features: &[f32]) -> Vec<f32> {
+        let (normalised, _) = self.normaliser.apply(features);
+        let frames = features.chunks_exact(KIND.count());
+        let motion = frames.zip(normalised.chunks_exact(KIND.motion_count()));
+        motion
+            .flat_map(|(raw, scaled)| [scaled, &self.spin.of(raw)].concat())
+            .collect()
+    }
+}
+
 /// Everything that training and export need.
 #[derive(Debug)]
 pub struct Prepared {
     /// Subspace of the offsets.
     pub basis: BlockBasis,
-    /// Scaling of the features.
-    pub normaliser: Normaliser,
-    /// What the predictor is told about a body.
-    pub build: Build,
+    /// What the predictor hears of the features.
+    pub hearing: Hearing,
     /// Sequences.
     pub data: PredictorData,
 }
@@ -72,9 +97,9 @@ pub fn prepare(
 
     let build = Build::of_body(model);
     let locality = if config.local {
-        Locality::of_body(model, &data_set.vertices, &basis, &build, KIND)
+        Locality::of_body(model, &data_set.vertices, &basis, &build)
     } else {
-        Locality::everywhere(KIND.motion_count(), build.count(), basis.components())
+        Locality::everywhere(Hearing::MOTION_COUNT, build.count(), basis.components())
     };
     let induced = mirror
         .as_ref()
@@ -132,18 +157,25 @@ fn normalised(
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let bodies: Vec<Vec<f32>> = training.map(first_frame).collect();
     build.fit(bodies.iter().map(Vec::as_slice));
+    let training = raw.iter().filter(|r| r.set == Set::Training);
+    let spin = Spin::fit(training.flat_map(|r| r.features.chunks_exact(KIND.count())));
+    let hearing = Hearing {
+        normaliser,
+        spin,
+        build,
+    };
     let mut data = PredictorData {
         training: Vec::new(),
         validation: Vec::new(),
         deviation_m: basis.deviation_m.clone(),
         blocks: basis.blocks.iter().map(BlockSize::of).collect(),
         locality,
-        motion: KIND.motion_count(),
-        conditions: build.count(),
+        motion: Hearing::MOTION_COUNT,
+        conditions: hearing.build.count(),
     };
     for sequence in raw {
         let body = first_frame(&sequence);
-        let (motion, _) = normaliser.apply(&sequence.features);
+        let motion = hearing.motion(&sequence.features);
         let mut latents = sequence.latents;
         for frame in latents.chunks_exact_mut(basis.components()) {
             for (latent, deviation) in frame.iter_mut().zip(&basis.deviation_m) {
@@ -157,15 +189,14 @@ fn normalised(
         };
         to.push(Sequence {
             frames: sequence.features.len() / KIND.count(),
-            condition: build.of(&body),
+            condition: hearing.build.of(&body),
             motion,
             latents,
         });
     }
     Prepared {
         basis,
-        normaliser,
-        build,
+        hearing,
         data,
     }
 }
