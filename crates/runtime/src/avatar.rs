@@ -245,6 +245,37 @@ impl Avatar {
         self.scale
     }
 
+    /// Shows offsets that the host knows, such as recorded ones, on an avatar without networks; they
+    /// stay until the next call. Positions and normals follow; the shape must not change meanwhile.
+    ///
+    /// `offsets_rest_m` holds three numbers for each vertex of the body, metres, in the rest pose.
+    /// They are shown as they are: controls are for what networks predict.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidOffsets`] for another count, numbers that are not finite, and on an
+    /// avatar with networks; what was shown stays.
+    pub fn show_offsets(&mut self, offsets_rest_m: &[f32]) -> Result<(), RuntimeError> {
+        let invalid = |problem: String| RuntimeError::InvalidOffsets { problem };
+        if self.model.networks().is_some() {
+            return Err(invalid(
+                "this avatar has networks that move its skin".into(),
+            ));
+        }
+        let expected = 3 * self.surface.offsets_m.len();
+        if offsets_rest_m.len() != expected {
+            let got = offsets_rest_m.len();
+            return Err(invalid(format!(
+                "{got} numbers, where the body needs {expected}"
+            )));
+        }
+        if let Some(idx) = offsets_rest_m.iter().position(|value| !value.is_finite()) {
+            return Err(invalid(format!("number {idx} is {}", offsets_rest_m[idx])));
+        }
+        self.surface
+            .show(self.model.topology(), &self.figure, offsets_rest_m);
+        Ok(())
+    }
+
     /// Switches the tissue off, which saves its cost, or on, after which it starts settled.
     /// [`Self::set_strength`] compares with and without tissue in mid-motion.
     pub fn set_enabled(&mut self, enabled: bool) {

@@ -85,6 +85,22 @@ impl Controls {
         }
     }
 
+    /// Tissue under sportswear: a supported chest, which swings half as far and faster, and firmer
+    /// hips and thighs. The rest moves as predicted.
+    pub fn sportswear() -> Self {
+        let mut controls = Self::default();
+        let held = |gain: f32, stiffness: f32, damping: f32, limit_m: f32| RegionControls {
+            gain,
+            stiffness,
+            damping,
+            limit_m,
+        };
+        controls.regions[Region::Chest as usize] = held(0.5, 2.5, 1.6, 0.04);
+        controls.regions[Region::Buttocks as usize] = held(0.8, 1.5, 1.3, 0.06);
+        controls.regions[Region::Thighs as usize] = held(0.8, 1.5, 1.3, 0.06);
+        controls
+    }
+
     /// Whether every control can be used.
     ///
     /// # Errors

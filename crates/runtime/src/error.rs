@@ -213,6 +213,15 @@ pub enum RuntimeError {
         /// What is wrong with it.
         problem: String,
     },
+    /// Offsets that a host wants shown cannot be.
+    #[error(
+        "these offsets cannot be shown: {problem}; give three finite numbers for each vertex to an \
+         avatar made of a body alone"
+    )]
+    InvalidOffsets {
+        /// What is wrong with them.
+        problem: String,
+    },
     /// A control of an avatar is too small, too large or not finite.
     #[error("{control} is {got}; give a number from {least} to {limit}")]
     InvalidControl {
@@ -252,6 +261,7 @@ impl RuntimeError {
             | Self::InvalidDistance { .. }
             | Self::InvalidLevelOfDetail { .. }
             | Self::InvalidCrowd { .. }
+            | Self::InvalidOffsets { .. }
             | Self::InvalidControl { .. } => "argument",
         }
     }

@@ -134,6 +134,19 @@ impl Surface {
         self.update_normals(topology, figure);
     }
 
+    /// Takes over offsets of all vertices, three numbers a vertex, as they are.
+    pub fn show(&mut self, topology: &Topology, figure: &Figure, offsets_m: &[f32]) {
+        for (idx, offset_m) in offsets_m.as_chunks::<3>().0.iter().enumerate() {
+            let offset_m = Vec3::from_array(*offset_m);
+            self.offsets_m[idx] = offset_m;
+            self.positions_m[idx] = figure.positions_m[idx] + offset_m;
+        }
+        // Any vertex may have moved, so no face counts as still.
+        let (_, normals) = topology.still_normals(&self.positions_m);
+        // Hosts keep the arrays' addresses.
+        self.normals.copy_from_slice(&normals);
+    }
+
     /// Takes all offsets away.
     pub fn clear(&mut self, figure: &Figure) {
         self.offsets_m.fill(Vec3::ZERO);

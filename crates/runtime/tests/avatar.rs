@@ -500,3 +500,35 @@ fn the_stopwatch_is_read_in_order() {
         assert_eq!(stage, 1.0);
     }
 }
+
+#[test]
+fn known_offsets_are_shown_on_a_body_alone_with_the_surface_that_networks_give() {
+    let mut moving = avatar();
+    for tick in 0..30 {
+        moving.step(&pose_at(f64::from(tick) * DT), DT).unwrap();
+    }
+    let known: Vec<f32> = moving
+        .offsets_rest_m()
+        .iter()
+        .flat_map(Vec3::to_array)
+        .collect();
+    let body = Arc::new(Model::body_only(Arc::new(support::body())));
+    let mut plain = Avatar::new(body, &SHAPE).unwrap();
+    plain.show_offsets(&known).unwrap();
+    assert!(largest(plain.offsets_rest_m()) > 1e-4);
+    assert!(distance(plain.positions_rest_m(), moving.positions_rest_m()) < 1e-6);
+    assert!(distance(plain.normals_rest(), moving.normals_rest()) < 1e-4);
+
+    let shown = plain.positions_rest_m().to_vec();
+    let spoilt = {
+        let mut spoilt = known.clone();
+        spoilt[4] = f32::NAN;
+        spoilt
+    };
+    for bad in [&known[1..], &spoilt[..], &[]] {
+        let error = plain.show_offsets(bad).unwrap_err();
+        assert_eq!(error.code(), "argument", "{error}");
+    }
+    assert_eq!(plain.positions_rest_m(), shown);
+    assert!(moving.show_offsets(&known).is_err());
+}

@@ -167,7 +167,7 @@ impl CoreAvatar {
             .map_err(Thrown::from)?)
     }
 
-    /// The controls called `name`: `as-predicted` or `calm-clothes`.
+    /// The controls called `name`: `as-predicted`, `calm-clothes` or `sportswear`.
     ///
     /// # Errors
     /// Throws `argument` for another name.
@@ -176,8 +176,10 @@ impl CoreAvatar {
         match name {
             "as-predicted" => Ok(controls::to_numbers(&Controls::default())),
             "calm-clothes" => Ok(controls::to_numbers(&Controls::calm_clothes())),
+            "sportswear" => Ok(controls::to_numbers(&Controls::sportswear())),
             _ => Err(Thrown::argument(format!(
-                "There is no preset `{name}`; there are `as-predicted` and `calm-clothes`."
+                "There is no preset `{name}`; there are `as-predicted`, `calm-clothes` and \
+                 `sportswear`."
             ))
             .into()),
         }
@@ -276,6 +278,17 @@ impl CoreAvatar {
         Ok(())
     }
 
+    /// Shows offsets of all vertices, f32 `[vertex][3]`, metres, rest pose, on an avatar without
+    /// networks.
+    ///
+    /// # Errors
+    /// Throws `argument`.
+    #[wasm_bindgen(js_name = showOffsets)]
+    pub fn show_offsets(&mut self, offsets_rest_m: &[f32]) -> Result<(), JsValue> {
+        let shown = self.avatar.borrow_mut().show_offsets(offsets_rest_m);
+        Ok(shown.map_err(Thrown::from)?)
+    }
+
     /// Reads a BVH file for this body.
     ///
     /// # Errors
@@ -286,6 +299,21 @@ impl CoreAvatar {
             bytes,
             self.avatar.borrow().joints_rest_m(),
         )?)
+    }
+
+    /// A motion of poses of 99 numbers, one after the other, at `rate_hz`.
+    ///
+    /// # Errors
+    /// Throws `argument` for what are no whole poses, `pose` for one that cannot be used, `motion` for
+    /// a rate or a length out of range.
+    #[wasm_bindgen(js_name = motionFromPoses)]
+    pub fn motion_from_poses(
+        &self,
+        name: String,
+        poses: &[f64],
+        rate_hz: f64,
+    ) -> Result<CoreMotion, JsValue> {
+        Ok(CoreMotion::from_poses(name, poses, rate_hz)?)
     }
 
     /// Makes the test motion called `name` for this body.

@@ -4,6 +4,7 @@ use dynaskin_body::JOINT_COUNT;
 use dynaskin_motion::{
     Bvh, Clip, JointReport, MODEL_RATE_HZ, Procedural, ProceduralKind, retarget,
 };
+use dynaskin_runtime::RuntimeError;
 use glam::Vec3;
 use serde_json::{Value, json};
 use wasm_bindgen::prelude::*;
@@ -28,6 +29,37 @@ impl CoreMotion {
         Ok(Self {
             clip: clip.resampled(MODEL_RATE_HZ)?,
             report: Some(report),
+        })
+    }
+
+    pub(crate) fn from_poses(name: String, numbers: &[f64], rate_hz: f64) -> Result<Self, Thrown> {
+        if !numbers.len().is_multiple_of(pose::POSE_LENGTH) {
+            return Err(Thrown::argument(format!(
+                "Poses have {} numbers each; {} are no whole number of poses.",
+                pose::POSE_LENGTH,
+                numbers.len()
+            )));
+        }
+        let mut frames = Vec::with_capacity(numbers.len() / pose::POSE_LENGTH);
+        for (idx, numbers) in numbers.chunks_exact(pose::POSE_LENGTH).enumerate() {
+            let frame = pose::from_numbers(numbers)?;
+            if !frame.is_valid() {
+                return Err(RuntimeError::InvalidPose {
+                    place: format!("frame {idx}"),
+                    value: "no translation and unit quaternions".to_owned(),
+                }
+                .into());
+            }
+            frames.push(frame);
+        }
+        let clip = Clip {
+            name,
+            rate_hz,
+            frames,
+        };
+        Ok(Self {
+            clip: clip.resampled(MODEL_RATE_HZ)?,
+            report: None,
         })
     }
 

@@ -245,6 +245,26 @@ export class Avatar {
   }
 
   /**
+   * Shows offsets that you know, such as recorded or simulated ones, on an avatar made by
+   * {@link Body.createAvatar}: positions and normals follow at once. They stay until the next call, so
+   * give them with every step, and again after {@link setShape}. Controls do not change them.
+   *
+   * @param offsetsM - for every vertex of the body, in the rest pose: `[vertex][x, y, z]` flattened,
+   *   metres
+   * @throws DynaSkinError `argument` for another length, numbers that are not finite, and on an avatar
+   *   whose networks move it; what was shown stays
+   */
+  showOffsets(offsetsM: Float32Array): void {
+    if (!(offsetsM instanceof Float32Array)) {
+      throw new DynaSkinError(
+        "argument",
+        "showOffsets takes a Float32Array, three numbers a vertex.",
+      );
+    }
+    guard(() => this.raw.showOffsets(offsetsM));
+  }
+
+  /**
    * How large the avatar stands in the world: metres of the world in a metre of its body, 0.1 to 10.
    * Poses then have their translation in metres of the world, and {@link skinMatrices} and
    * {@link skinned} are of that size, while {@link offsets} and {@link positions} stay those of the

@@ -54,9 +54,11 @@ export interface ControlChanges {
 
 /**
  * Controls with a name: `as-predicted` is how an avatar begins; `calm-clothes` is tissue under firm
- * everyday clothes, held more tightly, at rest sooner, and never more than 2 cm from where it was.
+ * everyday clothes, held more tightly, at rest sooner, and never more than 2 cm from where it was;
+ * `sportswear` is a supported chest, which swings half as far and faster, and firmer hips and thighs,
+ * while the rest moves as predicted.
  */
-export type ControlPreset = "as-predicted" | "calm-clothes";
+export type ControlPreset = "as-predicted" | "calm-clothes" | "sportswear";
 
 const HEAD = 2;
 const HEAD_KEYS = ["strength", "rootInertia", "regions"] as const;

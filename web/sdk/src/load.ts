@@ -26,6 +26,11 @@ export interface LoadOptions {
    */
   model: string | URL | ModelFiles;
   /**
+   * A body that is loaded already, for networks that were made for the same one: its file is then not
+   * read again, and disposing the model leaves it alone. Several models may share a body.
+   */
+  body?: Body;
+  /**
    * The WebAssembly file, where the bundler cannot find it beside this module. A page has one core:
    * the first that started. Another file given later is compiled, so that a bad one is reported, and
    * then not needed.
@@ -45,12 +50,15 @@ export interface LoadOptions {
 /**
  * Loads a model: the WebAssembly core, the body and the two networks, side by side.
  *
- * @throws DynaSkinError `fetch`, `wasm`, or what the core refuses: `bundle` (also a wrong hash),
- *   `body`, `network`
+ * @throws DynaSkinError `fetch`, `wasm`, or what the core refuses: `bundle` (also a wrong hash, or a
+ *   `body` that is not the bundle's), `body`, `network`
  */
 export async function load(options: LoadOptions): Promise<Model> {
   checkObject('load() needs options, such as { model: "/models/female/" }: they', options);
   const { signal, onBody } = options;
+  if (options.body !== undefined && !(options.body instanceof Body)) {
+    throw new DynaSkinError("argument", "body must be a Body, such as another model's body.");
+  }
   checkSignal(signal);
   checkCallback("onProgress", options.onProgress);
   checkCallback("onBody", onBody);
@@ -64,29 +72,43 @@ export async function load(options: LoadOptions): Promise<Model> {
   const sources = toSources(options.model);
   const bundleBytes = await read(sources.bundle, "bundle.json");
   const bundle = parseBundle(bundleBytes);
-  const body = read(sources.file(bundle, "body"), "the body");
+  const shared = options.body;
+  if (shared) checkBody(shared, bundle);
+  const body = shared ? null : read(sources.file(bundle, "body"), "the body");
   const predictor = read(sources.file(bundle, "predictor"), "the predictor");
   const decoder = read(sources.file(bundle, "decoder"), "the decoder");
-  for (const download of [body, predictor, decoder]) download.catch(() => {});
+  for (const download of [body, predictor, decoder]) download?.catch(() => {});
 
   const core = await starting;
-  const loadedBody = makeBody(core, bundleBytes, await body);
+  const loadedBody =
+    shared ?? makeBody(core, bundle, bundleBytes, await (body as typeof predictor));
   try {
     onBody?.(loadedBody);
     const networks = [await predictor, await decoder] as const;
     signal?.throwIfAborted();
     const raw = guard(() => new core.glue.CoreModel(bundleBytes, loadedBody.raw, ...networks));
-    return new Model(core, raw, loadedBody, bundle);
+    return new Model(core, raw, loadedBody, bundle, shared === undefined);
   } catch (error) {
-    loadedBody.dispose();
+    if (!shared) loadedBody.dispose();
     throw error;
   }
 }
 
-function makeBody(core: Core, bundleBytes: Uint8Array, glb: Uint8Array): Body {
+function makeBody(core: Core, bundle: Bundle, bundleBytes: Uint8Array, glb: Uint8Array): Body {
   return new Body(
     core,
     guard(() => new core.glue.CoreBody(bundleBytes, glb)),
+    bundle.body.sha256,
+  );
+}
+
+/** Networks move the vertices of one body; with another they would tear it. */
+function checkBody(body: Body, bundle: Bundle): void {
+  if (body.sha256 === bundle.body.sha256) return;
+  throw new DynaSkinError(
+    "bundle",
+    `The networks of "${bundle.name}" are for another body than the one given: bundle.json expects ` +
+      `SHA-256 ${bundle.body.sha256}, the body's is ${body.sha256}.`,
   );
 }
 

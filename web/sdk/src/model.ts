@@ -26,13 +26,16 @@ export class Body {
   readonly skinWeights: Float32Array;
   /** Colours as red, green, blue, opacity in sRGB, `[vertex][4]` flattened. */
   readonly colors: Uint8Array;
+  /** SHA-256 of the body's file in hexadecimal, as bundles name it. */
+  readonly sha256: string;
   readonly #core: Core;
   #raw: CoreBody | null;
 
   /** @internal */
-  constructor(core: Core, raw: CoreBody) {
+  constructor(core: Core, raw: CoreBody, sha256: string) {
     this.#core = core;
     this.#raw = raw;
+    this.sha256 = sha256;
     this.vertexCount = raw.vertexCount;
     this.faces = raw.faces();
     this.skinJoints = raw.skinJoints();
@@ -78,10 +81,12 @@ export class Model {
   /** The body. */
   readonly body: Body;
   readonly #core: Core;
+  readonly #ownsBody: boolean;
   #raw: CoreModel | null;
 
   /** @internal */
-  constructor(core: Core, raw: CoreModel, body: Body, bundle: Bundle) {
+  constructor(core: Core, raw: CoreModel, body: Body, bundle: Bundle, ownsBody: boolean) {
+    this.#ownsBody = ownsBody;
     this.#core = core;
     this.#raw = raw;
     this.body = body;
@@ -115,11 +120,14 @@ export class Model {
     throw new DynaSkinError("disposed", "This model was used after dispose().");
   }
 
-  /** Frees the model's memory; avatars made from it live on. May be called again. */
+  /**
+   * Frees the model's memory, and its body's unless that was handed to {@link load}; avatars made
+   * from it live on. May be called again.
+   */
   dispose(): void {
     this.#raw?.free();
     this.#raw = null;
-    this.body.dispose();
+    if (this.#ownsBody) this.body.dispose();
   }
 }
 

@@ -113,6 +113,27 @@ export class Motion {
   }
 
   /**
+   * Makes a motion of poses that you have, such as a recording's.
+   *
+   * @param poses - {@link POSE_LENGTH} numbers a pose, one pose after the other; see {@link Pose}
+   * @param rateHz - poses per second, 1 to 1000
+   * @param avatar - whose skeleton the poses are for
+   * @param name - the motion's name, for people
+   * @throws DynaSkinError `argument` for what is no Float64Array of whole poses, `pose` for numbers
+   *   that are not finite or quaternions that are not of unit length, `motion` for no poses, more than
+   *   200,000, or a rate out of range
+   */
+  static fromPoses(poses: Float64Array, rateHz: number, avatar: Avatar, name = "poses"): Motion {
+    if (!(poses instanceof Float64Array)) {
+      throw new DynaSkinError("argument", "fromPoses takes a Float64Array of 99 numbers a pose.");
+    }
+    checkNumber("rateHz", rateHz);
+    checkAvatar(avatar);
+    const raw = guard(() => avatar.raw.motionFromPoses(`${name}`, poses, rateHz));
+    return new Motion(raw, null);
+  }
+
+  /**
    * Writes the pose at a time into `out` and returns it. Times outside the motion give its first or
    * last pose; between frames, rotations are interpolated on the sphere.
    *

@@ -4,7 +4,6 @@
  *
  * @module
  */
-import type { Avatar } from "./avatar.js";
 import { DynaSkinError, guard, toDynaSkinError } from "./error.js";
 import type { Body } from "./model.js";
 import { type Progress, ProgressSum } from "./source.js";
@@ -40,6 +39,18 @@ export interface Background {
   center: readonly [number, number, number];
   /** At the picture's edges. */
   edge: readonly [number, number, number];
+}
+
+/** What a body is drawn from. An avatar of `dynaskin` is one; so is what you put together yourself. */
+export interface Surface {
+  /** Rest-pose positions: `[vertex][x, y, z]` flattened, metres. */
+  readonly positions: Float32Array;
+  /** Unit normals of the positions, in the same order. */
+  readonly normals: Float32Array;
+  /** What the heat map shows the length of, in the same order, metres: the offsets, or an error. */
+  readonly offsets: Float32Array;
+  /** Per joint the matrix from rest-pose to world coordinates: `[joint][16]`, column-major. */
+  readonly skinMatrices: Float32Array;
 }
 
 let starting: Promise<void> | null = null;
@@ -179,12 +190,12 @@ export class BodyHandle {
     this.#id = id;
   }
 
-  /** Takes over an avatar's present surface and pose. The avatar must be of the same body. */
-  update(avatar: Avatar): void {
+  /** Takes over an avatar's present surface and pose, or another of the same body. */
+  update(surface: Surface): void {
     const { raw } = this.#renderer;
     guard(() => {
-      raw.set_surface(this.#id, avatar.positions, avatar.normals, avatar.offsets);
-      raw.set_skin_matrices(this.#id, avatar.skinMatrices);
+      raw.set_surface(this.#id, surface.positions, surface.normals, surface.offsets);
+      raw.set_skin_matrices(this.#id, surface.skinMatrices);
     });
   }
 

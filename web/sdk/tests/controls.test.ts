@@ -65,6 +65,22 @@ describe("controls", () => {
     expect(still).toBe(0);
   });
 
+  it("hold chest and hips under sportswear, and leave the arms alone", () => {
+    const { regions } = model.createAvatar().controls;
+    const avatar = model.createAvatar();
+    avatar.setControls("sportswear");
+    const held = avatar.controls.regions;
+    expect(held.chest.gain).toBeLessThan(regions.chest.gain);
+    expect(held.chest.stiffness).toBeGreaterThan(held.buttocks.stiffness);
+    expect(held.buttocks.stiffness).toBeGreaterThan(1);
+    expect(held["upper-arms"]).toEqual(regions["upper-arms"]);
+    avatar.dispose();
+    const plain = hopped(() => {}).largest;
+    const worn = hopped((a) => a.setControls("sportswear")).largest;
+    expect(worn).toBeLessThan(0.9 * plain);
+    expect(worn).toBeGreaterThan(0.1 * plain);
+  });
+
   it("leave a jerking lift out without root inertia", () => {
     const avatar = model.createAvatar();
     avatar.setControls({ rootInertia: 0 });

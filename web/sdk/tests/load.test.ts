@@ -71,6 +71,39 @@ describe("load", () => {
   });
 });
 
+describe("another method's networks", () => {
+  const springs = new URL("methods/spring-bones/", modelFolder());
+
+  it("share the body that is there, and leave it when they go", async () => {
+    const model = await loadModel();
+    const announced: number[] = [];
+    const other = await load({
+      model: springs,
+      body: model.body,
+      onProgress: ({ loadedBytes }) => announced.push(loadedBytes),
+    });
+    expect(other.body).toBe(model.body);
+    expect(other.bundle.training.method).toBe("spring-bones");
+    // body.glb has 1.1 MB, the networks of the springs 0.6 MB.
+    expect(announced.at(-1)).toBeLessThan(1e6);
+    const avatar = other.createAvatar();
+    avatar.step(restPose(), 1 / 60);
+    other.dispose();
+    model.body.createAvatar().dispose();
+    avatar.dispose();
+    model.dispose();
+  });
+
+  it("are refused with the body of another model, and with what is no body", async () => {
+    const male = await loadModel("male");
+    const error = await expectError("bundle", () => load({ model: springs, body: male.body }));
+    expect(error.message).toContain(male.body.sha256);
+    await expectError("argument", () => load({ model: springs, body: {} as Body }));
+    male.body.createAvatar().dispose();
+    male.dispose();
+  });
+});
+
 describe("files that cannot be used", () => {
   const noise = Uint8Array.from({ length: 3000 }, (_, idx) => (idx * 7919) % 251);
   const half = (bytes: Uint8Array) => bytes.slice(0, bytes.length / 2);
