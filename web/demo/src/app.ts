@@ -1,51 +1,51 @@
-import { type Avatar, type Body, load, type Model, Motion, type RegionName } from "dynaskin";
-import { describeModel } from "./about.js";
+import { type Avatar, Motion } from "dynaskin";
+import { describeActors } from "./about.js";
+import { type ActorKind, actorLabel } from "./actors.js";
+import { Capture } from "./capture.js";
+import type { Cast } from "./cast.js";
+import { codeFor } from "./code.js";
+import { Comparison } from "./comparison.js";
+import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
 import { Hud } from "./hud.js";
+import { drawLegend, HEAT_SCALES } from "./legend.js";
+import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
-import { findMotion, motionOptions } from "./motions.js";
-import { Panel } from "./panel.js";
+import { Panel, regionLabel } from "./panel.js";
 import { Playback } from "./playing.js";
+import { Program } from "./program.js";
 import { showFileProblem, showFileReport } from "./report.js";
-import { type Settings, writeSettings } from "./settings.js";
+import { DEFAULTS, type Settings, writeSettings } from "./settings.js";
+import { Stage } from "./stage.js";
 import { showError, showNote } from "./toast.js";
 import type { View } from "./view.js";
+import { Wipe } from "./wipe.js";
 
 /** Share of the way to the body that the camera covers per second, as a rate. */
 const FOLLOW_PER_SECOND = 5;
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
+/** How long the camera must stand still before it is put into the page's address. */
+const CAMERA_RESTS_MS = 400;
 
-/** A motion file's name and content, to make its motion again for another body or shape. */
-interface MotionFile {
-  name: string;
-  bytes: Uint8Array;
-}
-
-/** The page: one avatar, what it plays, and the controls. */
+/** The page: one or two actors, what they play, and the controls. */
 export class App {
   readonly settings: Settings;
   readonly hud = new Hud();
-  readonly #loading: LoadingBar;
+  readonly stage: Stage;
+  readonly #loader: Loader;
   readonly #view: View;
+  readonly #program: Program;
   readonly #panel: Panel;
-  #body: Body | null = null;
-  /** Which body is shown; the settings say which is wanted. */
-  #sex: Settings["sex"] | null = null;
-  #model: Model | null = null;
-  #avatar: Avatar | null = null;
+  readonly #comparison: Comparison;
+  readonly #wipe: Wipe;
+  readonly #capture: Capture;
+  #cast: Cast | null = null;
   #playback: Playback | null = null;
-  /** The file that plays; null: the motion of the settings. */
-  #file: MotionFile | null = null;
-  /** What played before the file, to go back to if the avatar refuses one of its poses. */
-  #fileBefore: MotionFile | null = null;
   /** Whether the motion is to be made anew before the next picture. */
   #motionIsStale = false;
-  #strength = 1;
-  readonly #gains = new Map<RegionName, number>();
-  /** Stops the latest download of a model. */
-  #download: AbortController | null = null;
   #lastFrame: number | null = null;
+  #cameraMoved = { place: "", atMs: 0 };
   #failed = false;
   /** Whether the picture is no longer what the settings say; a paused page draws only then. */
   #stale = true;
@@ -53,34 +53,61 @@ export class App {
   constructor(settings: Settings, view: View, loading: LoadingBar) {
     this.settings = settings;
     this.#view = view;
-    this.#loading = loading;
-    view.setHeat(settings.heat);
+    this.#program = new Program(settings);
+    this.stage = new Stage(settings, this.#program);
+    this.#loader = new Loader(settings, this.#program, view, loading, {
+      shown: () => this.#cast,
+      show: (cast) => this.#show(cast),
+      restored: () => this.#changed(() => this.#showSettings()),
+      downloaded: (megabytes) => this.hud.setFact("downloaded", `${megabytes.toFixed(2)} MB`),
+    });
+    if (settings.camera) view.camera.place = settings.camera;
     this.hud.setFact("graphics", view.renderer.backend);
     this.hud.setFact("adapter", view.renderer.adapter);
+    this.#wipe = new Wipe(settings.split, {
+      setLeftShare: (share) => {
+        this.#stale = true;
+        view.setLeftShare(share);
+      },
+      setSplit: (split) =>
+        this.#changed(() => {
+          settings.split = split;
+        }),
+    });
     this.#panel = new Panel(settings, {
       setSex: () => this.#setSex(),
       setShape: () => this.#setShape(),
       setMotion: () => this.#setMotion(),
       setMotionOptions: () => this.#changed(() => this.#remakeMotion()),
-      setDynamics: () => this.#setDynamics(),
-      setHeat: () => this.#changed(() => view.setHeat(settings.heat)),
+      setDynamics: () => this.#changed(() => this.#retune()),
+      setHeat: () => this.#changed(() => this.#showHeat()),
       setHud: () => this.#changed(() => {}),
       setSpeed: () => this.#changed(() => this.#applySpeed()),
       setPaused: () => this.#changed(() => this.#applySpeed()),
       setStrength: (strength) => {
-        this.#strength = strength;
-        this.#withAvatar(() => {});
+        this.stage.tuning.strength = strength;
+        this.#retune();
       },
       setRegionGain: (region, gain) => {
-        this.#gains.set(region, gain);
-        this.#withAvatar(() => {});
+        this.stage.tuning.gains.set(region, gain);
+        this.#retune();
       },
       stepFrame: () => this.#changed(() => this.#play((playback) => playback.step())),
       seek: (timeSeconds) =>
         this.#changed(() => this.#play((playback) => playback.seek(timeSeconds))),
       resetView: () => view.camera.reset(),
       copyHud: () => this.#copyHud(),
+      hold: (side) => this.#wipe.hold(side),
     });
+    this.#comparison = new Comparison(settings, {
+      setActors: () => this.#changed(() => void this.#loader.recast()),
+      setClothes: () => this.#changed(() => this.#retune()),
+      setHeatOf: () => this.#changed(() => this.#showHeat()),
+      setPlots: () => this.#changed(() => this.#showPlots()),
+    });
+    this.#capture = new Capture(view, () => this.draw(0));
+    bindDialogs(() => codeFor(settings, this.stage.tuning));
+    this.#showHeat();
     document.addEventListener("visibilitychange", () => {
       this.#lastFrame = null;
     });
@@ -92,66 +119,20 @@ export class App {
     return this.#playback;
   }
 
-  /** The model with its networks, once they are there. */
-  get model(): Model | null {
-    return this.#model;
+  /** The body on the screen with its networks, once it is there. */
+  get cast(): Cast | null {
+    return this.#cast;
   }
 
-  /**
-   * Loads the model of the settings. The first body appears with plain skinning as soon as it is
-   * there, and its networks follow; later, what plays goes on until all of the next model is there.
-   * A failure is explained, and leaves what plays as it was.
-   */
-  async openModel(): Promise<void> {
-    this.#download?.abort();
-    const download = new AbortController();
-    this.#download = download;
-    const { sex } = this.settings;
-    try {
-      await this.#load(sex, download.signal);
-    } catch (error) {
-      if (download.signal.aborted) return;
-      this.#explainLoad(sex, error);
-    }
-    this.#loading.finish();
+  /** Loads the model of the settings; see {@link Loader.openModel}. */
+  openModel(): Promise<void> {
+    return this.#loader.openModel();
   }
 
-  async #load(sex: Settings["sex"], signal: AbortSignal): Promise<void> {
-    this.#loading.start("Loading the body");
-    const model = await load({
-      model: new URL(`${sex}/`, document.baseURI),
-      signal,
-      onProgress: ({ loadedBytes, totalBytes }) => {
-        if (!signal.aborted) this.#loading.report("model", loadedBytes, totalBytes);
-      },
-      onBody: (body) => {
-        if (signal.aborted || this.#playback) return;
-        this.#loading.say("Loading the networks");
-        this.#show(sex, body, body.createAvatar({ shape: this.settings.shape }));
-      },
-    });
-    try {
-      signal.throwIfAborted();
-      this.#show(sex, model.body, model.createAvatar({ shape: this.settings.shape }));
-    } catch (error) {
-      model.dispose();
-      throw error;
-    }
-    this.#model?.dispose();
-    this.#model = model;
-    this.hud.setFact("downloaded", `${this.#loading.loadedMegabytes.toFixed(2)} MB`);
-    describeModel(model.bundle);
-  }
-
-  #explainLoad(sex: Settings["sex"], error: unknown): void {
-    if (this.#sex === null) {
-      showError("The page could not start", error);
-      return;
-    }
-    const what = this.#sex === sex && !this.#model ? `networks of the ${sex} body` : `${sex} body`;
-    showError(`The ${what} could not be loaded`, error);
-    this.settings.sex = this.#sex;
-    this.#changed(() => this.#panel.show());
+  #showSettings(): void {
+    this.#panel.show();
+    this.#panel.showPlaying(this.#program.file?.name ?? null);
+    this.#comparison.show();
   }
 
   /** Plays a BVH file; one that cannot be played is explained, and what played goes on. */
@@ -165,17 +146,29 @@ export class App {
         throw new Error("The body is still being loaded. Try again in a moment.");
       const motion = Motion.fromBvh(bytes, this.#playback.avatar);
       this.#playback.setMotion(motion);
-      this.#fileBefore = this.#file;
-      this.#file = { name: file.name, bytes };
+      this.#program.setFile({ name: file.name, bytes });
       this.#motionIsStale = false;
       this.#stale = true;
       this.#panel.showPlaying(file.name);
       showFileReport(file.name, motion);
+      this.#leaveClip();
       this.#announce();
     } catch (error) {
       showFileProblem(file.name, error);
       showError(`${file.name} cannot be played`, error);
     }
+  }
+
+  /** Where no clip plays there is no ground truth to show. */
+  #leaveClip(): void {
+    const { settings } = this;
+    if (settings.clip === null && !this.#program.truth) return;
+    settings.clip = null;
+    if (settings.left === "truth") settings.left = DEFAULTS.left;
+    if (settings.right === "truth") settings.right = DEFAULTS.right;
+    settings.heatOf = DEFAULTS.heatOf;
+    this.#comparison.show();
+    this.#changed(() => void this.#loader.recast());
   }
 
   /** Makes the motion anew if a control asked for that; sliders ask more often than pictures. */
@@ -184,50 +177,53 @@ export class App {
     this.#motionIsStale = false;
     try {
       const playback = this.#playback;
-      playback?.setAvatar(playback.avatar, this.#makeMotion(playback.avatar));
+      playback?.setAvatars(playback.avatars, this.#program.makeMotion(playback.avatar));
     } catch (error) {
       showError("That did not work", error);
     }
   }
 
-  /** Shows an avatar instead of the present one, which stays if the motion does not suit it. */
-  #show(sex: Settings["sex"], body: Body, avatar: Avatar): void {
+  /** Shows the settings' actors of a cast; the present ones stay if the motion does not suit them. */
+  #show(cast: Cast): void {
     this.#stale = true;
+    const { compare, left, right } = this.settings;
+    const before = this.#playback?.avatars ?? [];
+    const kinds: ActorKind[] = compare && this.#playback ? [right, left] : [right];
+    const made = this.stage.createAvatars(cast, kinds);
     try {
-      this.#tune(avatar);
-      const motion = this.#playback ? this.#makeMotion(avatar) : this.#makeFirstMotion(avatar);
-      if (this.#playback) this.#playback.setAvatar(avatar, motion);
-      else this.#playback = new Playback(avatar, motion);
+      const [avatar] = made as [Avatar];
+      const motion = this.#playback
+        ? this.#program.makeMotion(avatar)
+        : this.#makeFirstMotion(avatar);
+      if (this.#playback) this.#playback.setAvatars(made, motion);
+      else this.#playback = new Playback(made, motion, this.stage.afterStep);
     } catch (error) {
-      avatar.dispose();
+      for (const avatar of made) avatar.dispose();
       throw error;
     }
     this.#motionIsStale = false;
-    if (body !== this.#body) this.#view.setBody(body);
-    this.#avatar?.dispose();
-    this.#body = body;
-    this.#sex = sex;
-    this.#avatar = avatar;
+    if (cast.body !== this.#cast?.body) this.#view.setBody(cast.body);
+    for (const avatar of before) avatar.dispose();
+    if (cast !== this.#cast) this.#cast?.dispose();
+    this.#cast = cast;
+    this.#loader.remember();
+    this.#wipe.setNames(actorLabel(left), actorLabel(right));
+    this.#wipe.setOn(kinds.length === 2);
     this.#applySpeed();
+    this.#showHeat();
+    this.#describe();
     this.hud.clear();
     this.#announce();
-  }
-
-  #makeMotion(avatar: Avatar): Motion {
-    if (this.#file) return Motion.fromBvh(this.#file.bytes, avatar);
-    const { motion, tempoHz, heightM } = this.settings;
-    const choice = findMotion(motion);
-    return Motion.procedural(choice.name, avatar, motionOptions(choice, tempoHz, heightM));
   }
 
   /** The link's motion; at its usual tempo and height, where the link's do not go together. */
   #makeFirstMotion(avatar: Avatar): Motion {
     try {
-      return this.#makeMotion(avatar);
+      return this.#program.makeMotion(avatar);
     } catch (error) {
       this.settings.tempoHz = null;
       this.settings.heightM = null;
-      const motion = this.#makeMotion(avatar);
+      const motion = this.#program.makeMotion(avatar);
       this.#changed(() => this.#panel.showPlaying(null));
       showError("The motion plays at its usual tempo and height", error);
       return motion;
@@ -240,25 +236,28 @@ export class App {
     try {
       work(this.#playback);
     } catch (error) {
-      const refused = this.#file;
-      if (!refused) throw error;
-      this.#file = this.#fileBefore;
-      this.#fileBefore = null;
-      this.#playback.setMotion(this.#makeMotion(this.#playback.avatar));
-      this.#panel.showPlaying(this.#file?.name ?? null);
+      if (!this.#program.file) throw error;
+      const refused = this.#program.refuseFile();
+      this.#playback.setMotion(this.#program.makeMotion(this.#playback.avatar));
+      this.#panel.showPlaying(this.#program.file?.name ?? null);
       this.#announce();
-      showFileProblem(refused.name, error);
-      showError(`${refused.name} cannot be played to its end`, error);
+      showFileProblem(refused?.name ?? "", error);
+      showError(`${refused?.name} cannot be played to its end`, error);
     }
   }
 
   #setSex(): void {
-    this.#changed(() => void this.openModel());
+    const { settings } = this;
+    settings.clip = null;
+    settings.left = DEFAULTS.left;
+    settings.right = DEFAULTS.right;
+    this.#comparison.show();
+    this.#changed(() => void this.#loader.openModel());
   }
 
   #setShape(): void {
     this.#changed(() => {
-      this.#avatar?.setShape(this.settings.shape);
+      for (const avatar of this.#playback?.avatars ?? []) avatar.setShape(this.settings.shape);
       // Longer legs take other steps.
       this.#remakeMotion();
     });
@@ -266,11 +265,18 @@ export class App {
 
   #setMotion(): void {
     this.#changed(() => {
-      this.#file = null;
-      this.#fileBefore = null;
+      this.#program.clearFile();
       byId("file-report").hidden = true;
       this.#panel.showPlaying(null);
-      this.#playback?.setMotion(this.#makeMotion(this.#playback.avatar));
+      const { settings } = this;
+      if (settings.clip !== null) {
+        if (!settings.compare) Object.assign(settings, { compare: true, left: "truth" });
+        this.#comparison.show();
+        void this.#loader.recast();
+        return;
+      }
+      this.#leaveClip();
+      this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
       this.#motionIsStale = false;
       this.#announce();
     });
@@ -280,15 +286,37 @@ export class App {
     this.#motionIsStale = true;
   }
 
-  #setDynamics(): void {
-    this.#changed(() => this.#withAvatar(() => {}));
+  /** Gives the actors what the sliders and switches say. */
+  #retune(): void {
+    this.#stale = true;
+    for (const avatar of this.#playback?.avatars ?? []) this.stage.tune(avatar);
+    if (this.#playback?.paused) this.#play((playback) => playback.refresh());
   }
 
-  /** Gives an avatar the settings that are its own. */
-  #tune(avatar: Avatar): void {
-    // The networks run on, so that both states of the same moment can be compared.
-    avatar.strength = this.settings.dynamics ? this.#strength : 0;
-    for (const [region, gain] of this.#gains) avatar.setRegionGain(region, gain);
+  #showHeat(): void {
+    const shown = this.stage.showsError ? "error" : "offset";
+    drawLegend(shown);
+    this.#comparison.show();
+    this.#view.setHeat(this.settings.heat ? HEAT_SCALES[shown].rangeMm : null);
+  }
+
+  #showPlots(): void {
+    this.#describe();
+    // Fills the plots with the seconds before.
+    this.#play((playback) => playback.seek(playback.timeSeconds));
+  }
+
+  #describe(): void {
+    const { compare, left, right, region } = this.settings;
+    const kinds = compare ? [right, left] : [right];
+    const bundleOf = (kind: ActorKind) => this.#cast?.bundleOf(kind) ?? null;
+    const truth = this.#program.truth;
+    describeActors(
+      kinds.map((kind) => ({ kind, bundle: bundleOf(kind) })),
+      truth?.simulatorMethod ?? null,
+    );
+    const leftName = compare ? actorLabel(left) : null;
+    this.stage.traces.describe(regionLabel(region), leftName, actorLabel(right), truth !== null);
   }
 
   #applySpeed(): void {
@@ -308,17 +336,8 @@ export class App {
     history.replaceState(null, "", `${location.pathname}${writeSettings(this.settings)}`);
   }
 
-  #withAvatar(work: (avatar: Avatar) => void): void {
-    this.#stale = true;
-    if (!this.#avatar) return;
-    work(this.#avatar);
-    this.#tune(this.#avatar);
-    if (this.#playback?.paused) this.#play((playback) => playback.refresh());
-  }
-
   #announce(): void {
-    const what = this.#file?.name ?? findMotion(this.settings.motion).label;
-    byId("now-playing").textContent = `${what} · ${this.#sex} body`;
+    byId("now-playing").textContent = `${this.#program.label} · ${this.#cast?.sex} body`;
   }
 
   async #copyHud(): Promise<void> {
@@ -332,6 +351,8 @@ export class App {
     this.#lastFrame = now;
     if (document.hidden || this.#failed) return;
     this.hud.show(now);
+    this.stage.traces.show(now);
+    this.#rememberCamera(now);
     if (this.#playback?.paused && !this.#stale && !this.#view.isStale) return;
     if (elapsed > 0) this.hud.addInterval(elapsed);
     try {
@@ -342,6 +363,18 @@ export class App {
     }
   }
 
+  #rememberCamera(nowMs: number): void {
+    const { place } = this.#view.camera;
+    const text = `${place}`;
+    if (text !== this.#cameraMoved.place) this.#cameraMoved = { place: text, atMs: nowMs };
+    const rests = nowMs - this.#cameraMoved.atMs > CAMERA_RESTS_MS;
+    if (rests && text !== `${this.settings.camera}`) {
+      this.#changed(() => {
+        this.settings.camera = place;
+      });
+    }
+  }
+
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
     this.#stale = false;
@@ -349,30 +382,18 @@ export class App {
     const playback = this.#playback;
     if (playback) {
       this.#play(() => playback.frame(elapsedSeconds));
-      this.#addTimings(playback.avatar);
+      if (!playback.paused) this.hud.addStep(playback.avatar);
       const [x = 0, , z = 0] = playback.pose;
       // A jump in time takes the camera along.
       const share = elapsedSeconds === 0 ? 1 : 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds);
       this.#view.camera.follow(x, z, share);
-      this.#timed("upload", () => this.#view.upload(playback.avatar));
+      this.hud.timed("upload", () => {
+        const [right, left] = this.stage.appearances(playback.avatars);
+        if (right) this.#view.upload(right, left ?? null);
+      });
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }
-    this.#timed("render", () => this.#view.draw());
-  }
-
-  #addTimings(avatar: Avatar): void {
-    if (this.#playback?.paused || !avatar.dynamics) return;
-    const { featuresMs, predictMs, decodeMs, applyMs, ticks } = avatar.timings;
-    if (ticks === 0) return;
-    this.hud.add("features", featuresMs);
-    this.hud.add("predict", predictMs);
-    this.hud.add("decode", decodeMs);
-    this.hud.add("apply", applyMs);
-  }
-
-  #timed(stage: "upload" | "render", work: () => void): void {
-    const start = performance.now();
-    work();
-    this.hud.add(stage, performance.now() - start);
+    this.hud.timed("render", () => this.#view.draw());
+    this.#capture.afterDraw();
   }
 }

@@ -1,5 +1,6 @@
 import type { Avatar, Model } from "dynaskin";
 import type { App } from "./app.js";
+import type { Sample } from "./traces.js";
 import type { View } from "./view.js";
 
 /**
@@ -12,10 +13,14 @@ export interface DemoHook {
   readonly ready: boolean;
   /** The graphics interface in use. */
   readonly backend: string;
-  /** The avatar on the screen. */
+  /** The avatar on the screen; of two, the right one. */
   readonly avatar: Avatar | null;
-  /** The loaded model. */
+  /** The avatar left of the divider; null where there is one alone. */
+  readonly leftAvatar: Avatar | null;
+  /** dynaskin's own model of the body, once it is there. */
   readonly model: Model | null;
+  /** What the plots show: moments in millimetres. */
+  readonly samples: readonly Sample[];
   /** Seconds into the motion. */
   readonly timeSeconds: number;
   /** Length of the motion in seconds. */
@@ -47,7 +52,7 @@ export function installHook(app: App, view: View): void {
   };
   window.dynaskinDemo = {
     get ready() {
-      return app.model !== null;
+      return app.cast?.model != null;
     },
     get backend() {
       return view.renderer.backend;
@@ -55,8 +60,14 @@ export function installHook(app: App, view: View): void {
     get avatar() {
       return app.playback?.avatar ?? null;
     },
+    get leftAvatar() {
+      return app.playback?.avatars[1] ?? null;
+    },
     get model() {
-      return app.model;
+      return app.cast?.model ?? null;
+    },
+    get samples() {
+      return app.stage.traces.samples;
     },
     get timeSeconds() {
       return app.playback?.timeSeconds ?? 0;

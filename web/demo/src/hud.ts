@@ -1,3 +1,4 @@
+import type { Avatar } from "dynaskin";
 import { byId, create } from "./dom.js";
 
 const FRAMES = 120;
@@ -50,6 +51,24 @@ export class Hud {
   /** Adds how long a stage took in this frame. */
   add(stage: Stage, milliseconds: number): void {
     this.#stages.get(stage)?.add(milliseconds);
+  }
+
+  /** Runs a stage and adds how long it took. */
+  timed(stage: Stage, work: () => void): void {
+    const start = performance.now();
+    work();
+    this.add(stage, performance.now() - start);
+  }
+
+  /** Adds what an avatar's last step cost, if it ticked. */
+  addStep(avatar: Avatar): void {
+    if (!avatar.dynamics) return;
+    const { featuresMs, predictMs, decodeMs, applyMs, ticks } = avatar.timings;
+    if (ticks === 0) return;
+    this.add("features", featuresMs);
+    this.add("predict", predictMs);
+    this.add("decode", decodeMs);
+    this.add("apply", applyMs);
   }
 
   /** Adds the time between two displayed frames. */

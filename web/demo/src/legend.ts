@@ -1,8 +1,16 @@
 import { heatRamp } from "dynaskin/renderer";
 import { byId, create } from "./dom.js";
 
-/** Draws the heat map's colours from 0 to `rangeMm` millimetres. */
-export function drawLegend(rangeMm: number): void {
+/** What the heat map can show: its title, and the end of its scale in millimetres. */
+export const HEAT_SCALES = {
+  offset: { title: "Offset of the skin", rangeMm: 30 },
+  error: { title: "Distance from ground truth", rangeMm: 15 },
+} as const;
+
+/** Draws the heat map's colours from 0 to the end of their scale. */
+export function drawLegend(shown: keyof typeof HEAT_SCALES): void {
+  const { title, rangeMm } = HEAT_SCALES[shown];
+  byId("legend-title").textContent = title;
   const stops = heatRamp().map(([r, g, b]) => {
     const [red, green, blue] = [r, g, b].map((part) => Math.round(part * 255));
     return `rgb(${red} ${green} ${blue})`;

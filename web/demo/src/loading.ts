@@ -24,6 +24,12 @@ export class LoadingBar {
     this.say(text);
   }
 
+  /** Shows the bar again for a further part. */
+  reopen(text: string): void {
+    byId("loading").classList.remove("done");
+    this.say(text);
+  }
+
   /** Fades out. */
   finish(): void {
     byId("loading").classList.add("done");

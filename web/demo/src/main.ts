@@ -2,11 +2,10 @@ import { App } from "./app.js";
 import { byId } from "./dom.js";
 import { acceptFiles } from "./drop.js";
 import { installHook } from "./hook.js";
-import { drawLegend } from "./legend.js";
 import { LoadingBar } from "./loading.js";
 import { readSettings } from "./settings.js";
 import { showError } from "./toast.js";
-import { HEAT_RANGE_MM, View } from "./view.js";
+import { View } from "./view.js";
 
 async function start(): Promise<void> {
   const settings = readSettings(location.search);
@@ -14,7 +13,6 @@ async function start(): Promise<void> {
   const view = await View.create(settings.backend, (loaded, total) =>
     loading.report("renderer", loaded, total),
   );
-  drawLegend(HEAT_RANGE_MM);
   const app = new App(settings, view, loading);
   acceptFiles((file) => void app.openFile(file));
   installHook(app, view);

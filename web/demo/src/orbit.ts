@@ -36,6 +36,21 @@ export class OrbitCamera {
     Object.assign(this, START);
   }
 
+  /** Yaw and pitch in radians, distance and height in metres; null: as at the start. */
+  get place(): number[] | null {
+    const now = [this.yawRadians, this.pitchRadians, this.distanceM, this.heightM];
+    const start = Object.values(START);
+    return now.some((value, idx) => Math.abs(value - (start[idx] ?? 0)) > 1e-3) ? now : null;
+  }
+
+  set place(place: number[] | null) {
+    const [yaw = 0, pitch = 0, distance = 0, height = 0] = place ?? Object.values(START);
+    this.yawRadians = yaw;
+    this.pitchRadians = Math.max(-0.25, Math.min(1.45, pitch));
+    this.distanceM = Math.max(MIN_DISTANCE_M, Math.min(MAX_DISTANCE_M, distance));
+    this.heightM = Math.max(0.05, Math.min(2, height));
+  }
+
   /** Moves the target towards a point of the floor, by `share` of the way. */
   follow(xM: number, zM: number, share: number): void {
     this.floorM.x += (xM - this.floorM.x) * share;

@@ -3,6 +3,7 @@ import { byId, create } from "./dom.js";
 import { findMotion, MOTIONS, type MotionChoice } from "./motions.js";
 import type { Settings } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
+import { CLIP_NAMES, clipLabel } from "./truth.js";
 
 /** What the controls do. Each is called after `settings` has changed. */
 export interface PanelActions {
@@ -21,11 +22,15 @@ export interface PanelActions {
   seek(timeSeconds: number): void;
   resetView(): void;
   copyHud(): void;
+  /** Shows one actor alone; null: both again. */
+  hold(side: "left" | "right" | null): void;
 }
 
 const SHAPES_SHOWN = 3;
 /** Value of the list's entry for a file. */
 const FILE_MOTION = "file:";
+/** Begins the values of the list's entries for ground-truth clips. */
+const CLIP_MOTION = "clip:";
 
 const signed = (value: number) =>
   `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(1)}`;
@@ -68,6 +73,9 @@ export class Panel {
     for (const input of document.querySelectorAll<HTMLInputElement>("input[name=sex]")) {
       input.checked = input.value === sex;
     }
+    const clips = document.querySelector<HTMLOptGroupElement>("#motion-clips");
+    // They were simulated on the female body.
+    if (clips) clips.disabled = sex !== "female";
   }
 
   /** Shows where in the motion the clock is. */
@@ -85,9 +93,10 @@ export class Panel {
   showPlaying(fileName: string | null): void {
     const select = byId<HTMLSelectElement>("motion");
     select.querySelector(`option[value="${FILE_MOTION}"]`)?.remove();
+    const { motion, clip } = this.#settings;
     if (fileName === null) {
-      select.value = this.#settings.motion;
-      this.#showMotionOptions(findMotion(this.#settings.motion));
+      select.value = clip === null ? motion : CLIP_MOTION + clip;
+      this.#showMotionOptions(clip === null ? findMotion(motion) : null);
       return;
     }
     select.append(create("option", { value: FILE_MOTION, textContent: fileName, selected: true }));
@@ -165,14 +174,27 @@ export class Panel {
 
   #bindMotion(): void {
     const select = byId<HTMLSelectElement>("motion");
+    const option = (value: string, textContent: string) => create("option", { value, textContent });
+    const group = (label: string, options: HTMLElement[], id = "") =>
+      create("optgroup", { label, id }, options);
     select.replaceChildren(
-      ...MOTIONS.map(({ name, label }) => create("option", { value: name, textContent: label })),
+      group(
+        "Made by formula",
+        MOTIONS.map(({ name, label }) => option(name, label)),
+      ),
+      group(
+        "With simulated ground truth",
+        CLIP_NAMES.map((name) => option(CLIP_MOTION + name, `${clipLabel(name)}, simulated`)),
+        "motion-clips",
+      ),
     );
     this.showPlaying(null);
     select.addEventListener("change", () => {
       const choice = MOTIONS.find(({ name }) => name === select.value);
-      if (!choice) return;
-      this.#settings.motion = choice.name;
+      const clip = CLIP_NAMES.find((name) => CLIP_MOTION + name === select.value) ?? null;
+      if (!choice && clip === null) return;
+      this.#settings.clip = clip;
+      if (choice) this.#settings.motion = choice.name;
       this.#settings.tempoHz = null;
       this.#settings.heightM = null;
       this.#actions.setMotion();
@@ -243,9 +265,19 @@ export class Panel {
       m: () => byId("heat").click(),
       t: () => byId("hud-toggle").click(),
       r: () => this.#actions.resetView(),
+      c: () => byId("compare").click(),
+      x: () => byId("swap").click(),
+      a: () => this.#actions.hold("left"),
+      b: () => this.#actions.hold("right"),
+      g: () => byId("plots-toggle").click(),
+      p: () => byId("picture").click(),
+      v: () => byId("record").click(),
+      u: () => byId("code-open").click(),
+      "?": () => byId("keys-open").click(),
     };
     addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
+      if (document.querySelector("dialog[open]")) return;
       const target = event.target as HTMLElement;
       // Space presses a focused button, and a list jumps to the letter.
       const own = target.matches("select, summary, input:not([type=range])");
@@ -254,6 +286,9 @@ export class Panel {
       if (!action) return;
       event.preventDefault();
       action();
+    });
+    addEventListener("keyup", (event) => {
+      if (["a", "b"].includes(event.key.toLowerCase())) this.#actions.hold(null);
     });
   }
 
@@ -270,11 +305,13 @@ export class Panel {
   }
 }
 
-function setSwitch(id: string, on: boolean): void {
+/** Shows a switch on or off. */
+export function setSwitch(id: string, on: boolean): void {
   byId(id).setAttribute("aria-checked", `${on}`);
 }
 
-function regionLabel(region: RegionName): string {
+/** What the page calls a region. */
+export function regionLabel(region: RegionName): string {
   const words = region.replace("-", " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }

@@ -9,8 +9,14 @@ const MAX_FRAME_SECONDS = 0.25;
 const TO_REST_SECONDS = 1;
 
 /**
- * Plays a motion on an avatar: the clock of the page, with pause, slow motion and jumps. It owns
- * the motion and disposes it when another takes its place; the avatar is the caller's.
+ * Is told each moment that the avatars have been brought to, also on the way to one that is jumped
+ * to, and whether it is the first of a row.
+ */
+export type AfterStep = (avatars: readonly Avatar[], timeSeconds: number, isFirst: boolean) => void;
+
+/**
+ * Plays a motion on avatars: the clock of the page, with pause, slow motion and jumps. It owns the
+ * motion and disposes it when another takes its place; the avatars are the caller's.
  */
 export class Playback {
   /** Playback speed; 1 is real time. The tissue slows down with the skeleton. */
@@ -22,11 +28,13 @@ export class Playback {
   /** The pose last given to the avatar. */
   readonly pose: Pose = new Float64Array(POSE_LENGTH);
   #timeSeconds = 0;
-  #avatar: Avatar;
+  readonly #afterStep: AfterStep;
+  #avatars: readonly Avatar[];
   #motion: Motion;
 
-  constructor(avatar: Avatar, motion: Motion) {
-    this.#avatar = avatar;
+  constructor(avatars: readonly Avatar[], motion: Motion, afterStep: AfterStep) {
+    this.#afterStep = afterStep;
+    this.#avatars = avatars;
     this.#motion = motion;
     this.seek(0);
   }
@@ -41,30 +49,41 @@ export class Playback {
     return this.#motion;
   }
 
-  /** The avatar it plays on. */
+  /** The avatars it plays on, at least one. */
+  get avatars(): readonly Avatar[] {
+    return this.#avatars;
+  }
+
+  /** The first of them. */
   get avatar(): Avatar {
-    return this.#avatar;
+    const [first] = this.#avatars;
+    if (!first) throw new Error("A playback needs an avatar.");
+    return first;
   }
 
   /** Plays another motion from its beginning. If the avatar refuses it, this one goes on. */
   setMotion(motion: Motion): void {
-    this.#replace(this.#avatar, motion, 0);
+    this.#replace(this.#avatars, motion, 0);
     this.rounds = 0;
   }
 
-  /** Goes on with another avatar at the same moment. If that fails, the present one goes on. */
-  setAvatar(avatar: Avatar, motion: Motion): void {
-    this.#replace(avatar, motion, Math.min(this.#timeSeconds, motion.durationSeconds));
+  /** Goes on with other avatars at the same moment. If that fails, the present ones go on. */
+  setAvatars(avatars: readonly Avatar[], motion: Motion): void {
+    this.#replace(avatars, motion, Math.min(this.#timeSeconds, motion.durationSeconds));
   }
 
-  #replace(avatar: Avatar, motion: Motion, timeSeconds: number): void {
-    const before = { avatar: this.#avatar, motion: this.#motion, timeSeconds: this.#timeSeconds };
-    this.#avatar = avatar;
+  #replace(avatars: readonly Avatar[], motion: Motion, timeSeconds: number): void {
+    const before = {
+      avatars: this.#avatars,
+      motion: this.#motion,
+      timeSeconds: this.#timeSeconds,
+    };
+    this.#avatars = avatars;
     this.#motion = motion;
     try {
       this.seek(timeSeconds);
     } catch (error) {
-      this.#avatar = before.avatar;
+      this.#avatars = before.avatars;
       this.#motion = before.motion;
       motion.dispose();
       this.seek(before.timeSeconds);
@@ -85,8 +104,7 @@ export class Playback {
     const next = this.#timeSeconds + seconds;
     if (next >= durationSeconds) {
       this.rounds += 1;
-      this.#avatar.reset();
-      this.#apply(0, 0);
+      this.#start(0);
       return;
     }
     this.#apply(next, seconds);
@@ -99,7 +117,8 @@ export class Playback {
 
   /** One tick in the present pose. */
   hold(): void {
-    this.#avatar.step(this.pose, TICK_SECONDS);
+    for (const avatar of this.#avatars) avatar.step(this.pose, TICK_SECONDS);
+    this.#afterStep(this.#avatars, this.#timeSeconds, false);
   }
 
   /** Goes over into the rest pose, on the spot, and stands in it for `seconds`. */
@@ -121,8 +140,7 @@ export class Playback {
    */
   seek(timeSeconds: number, fromSeconds = Math.max(0, timeSeconds - WARM_UP_SECONDS)): void {
     const ticks = Math.round((timeSeconds - fromSeconds) / TICK_SECONDS);
-    this.#avatar.reset();
-    this.#apply(timeSeconds - ticks * TICK_SECONDS, 0);
+    this.#start(timeSeconds - ticks * TICK_SECONDS);
     for (let tick = 1; tick <= ticks; tick += 1) {
       this.#apply(timeSeconds - (ticks - tick) * TICK_SECONDS, TICK_SECONDS);
     }
@@ -133,10 +151,16 @@ export class Playback {
     this.#apply(this.#timeSeconds, 0);
   }
 
-  #apply(timeSeconds: number, dtSeconds: number): void {
+  #start(timeSeconds: number): void {
+    for (const avatar of this.#avatars) avatar.reset();
+    this.#apply(timeSeconds, 0, true);
+  }
+
+  #apply(timeSeconds: number, dtSeconds: number, isFirst = false): void {
     this.#timeSeconds = Math.max(0, timeSeconds);
     this.#motion.poseAt(this.#timeSeconds, this.pose);
-    this.#avatar.step(this.pose, dtSeconds);
+    for (const avatar of this.#avatars) avatar.step(this.pose, dtSeconds);
+    this.#afterStep(this.#avatars, this.#timeSeconds, isFirst);
   }
 }
 

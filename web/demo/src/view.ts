@@ -1,13 +1,8 @@
 import type { Avatar, Body } from "dynaskin";
-import { type Backend, type BodyHandle, createRenderer, type Renderer } from "dynaskin/renderer";
+import type { Backend, BodyHandle, Camera, Renderer } from "dynaskin/renderer";
 import { byId } from "./dom.js";
+import { Layer } from "./layer.js";
 import { OrbitCamera } from "./orbit.js";
-
-/** Largest ratio of canvas pixels to page pixels; phones have up to 4, at four times the cost. */
-const MAX_PIXEL_RATIO = 2;
-
-/** End of the heat map's scale in millimetres. */
-export const HEAT_RANGE_MM = 30;
 
 /** Width below which the panel is a sheet at the bottom; as in layout.css. */
 const narrowScreen = matchMedia("(max-width: 760px), (max-height: 560px)");
@@ -15,43 +10,44 @@ const PANEL_WIDTH_PX = 348;
 const SHEET_HEIGHT_PX = 160;
 
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
-function coveredPixels(): { right: number; bottom: number } {
+export function coveredPixels(): { right: number; bottom: number } {
   return narrowScreen.matches
     ? { right: 0, bottom: SHEET_HEIGHT_PX }
     : { right: PANEL_WIDTH_PX, bottom: 0 };
 }
 
+type Vector = [number, number, number];
+
 function add(a: Vector, b: Vector): Vector {
   return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 }
 
-type Vector = [number, number, number];
-type Colour = [number, number, number];
-const BACKGROUNDS: Record<"light" | "dark", { center: Colour; edge: Colour }> = {
-  light: { center: [0.93, 0.94, 0.955], edge: [0.74, 0.76, 0.79] },
-  dark: { center: [0.3, 0.32, 0.355], edge: [0.085, 0.09, 0.105] },
-};
+/** What a picture shows of an actor. */
+export interface Appearance {
+  avatar: Avatar;
+  /** What the heat map colours it by: offsets of every vertex, metres; null: the avatar's own. */
+  heatM: Float32Array | null;
+}
 
-/** The canvas with its camera: shows one avatar. */
+/** The picture: one actor, or two of them left and right of a divider, seen by one camera. */
 export class View {
   readonly camera: OrbitCamera;
-  readonly #canvas: HTMLCanvasElement;
-  readonly #renderer: Renderer;
+  readonly #main: Layer;
+  readonly #backend: Backend | "auto";
   readonly #darkScheme = matchMedia("(prefers-color-scheme: dark)");
-  #body: BodyHandle | null = null;
-  /** Everything the last picture depended on, apart from the body. */
+  #left: Layer | null = null;
+  #opening: Promise<Layer> | null = null;
+  #shown: Body | null = null;
+  #heatRangeMm: number | null = null;
+  /** Share of the canvas, from its left edge, that shows the left actor. */
+  #leftShare = 0;
+  /** Everything the last picture depended on, apart from the bodies. */
   #drawn = "";
 
-  private constructor(canvas: HTMLCanvasElement, renderer: Renderer) {
-    this.#canvas = canvas;
-    this.#renderer = renderer;
-    this.camera = new OrbitCamera(canvas);
-    const paint = () =>
-      renderer.setBackground(BACKGROUNDS[this.#darkScheme.matches ? "dark" : "light"]);
-    this.#darkScheme.addEventListener("change", paint);
-    paint();
-    new ResizeObserver(() => this.#resize()).observe(canvas);
-    this.#resize();
+  private constructor(main: Layer, backend: Backend | "auto") {
+    this.#main = main;
+    this.#backend = backend;
+    this.camera = new OrbitCamera(main.canvas);
   }
 
   /** Starts drawing on the page's canvas. */
@@ -60,38 +56,65 @@ export class View {
     onProgress: (loadedBytes: number, totalBytes: number) => void,
   ): Promise<View> {
     const canvas = byId<HTMLCanvasElement>("view");
-    const renderer = await createRenderer(canvas, {
-      backend,
-      onProgress: ({ loadedBytes, totalBytes }) => onProgress(loadedBytes, totalBytes),
-    });
-    return new View(canvas, renderer);
+    return new View(await Layer.create(canvas, backend, onProgress), backend);
   }
 
-  /** The renderer, for what the page does not do itself. */
+  /** The renderer of the right actor, for what the page does not do itself. */
   get renderer(): Renderer {
-    return this.#renderer;
+    return this.#main.renderer;
   }
 
-  /** The body as the renderer knows it. */
+  /** The right actor's body as the renderer knows it. */
   get body(): BodyHandle | null {
-    return this.#body;
+    return this.#main.body;
+  }
+
+  /** The canvases that the picture is made of, from the bottom up, and where each begins and ends. */
+  get parts(): { canvas: HTMLCanvasElement; from: number; to: number }[] {
+    const share = this.#left ? this.#leftShare : 0;
+    const right = { canvas: this.#main.canvas, from: share, to: 1 };
+    return this.#left ? [right, { canvas: this.#left.canvas, from: 0, to: share }] : [right];
+  }
+
+  /** Makes the canvas of the left actor, the first time it is asked for. */
+  async openLeft(): Promise<void> {
+    const canvas = byId<HTMLCanvasElement>("view-left");
+    this.#opening ??= Layer.create(canvas, this.#backend, () => {});
+    const layer = await this.#opening;
+    if (this.#left) return;
+    this.#left = layer;
+    layer.renderer.setHeatMap(this.#heatRangeMm);
+    if (this.#shown) layer.setBody(this.#shown);
+    this.setLeftShare(this.#leftShare);
   }
 
   /** Shows another body instead of the present one. */
   setBody(body: Body): void {
-    const before = this.#body;
-    this.#body = this.#renderer.addBody(body);
-    before?.remove();
+    this.#shown = body;
+    this.#main.setBody(body);
+    this.#left?.setBody(body);
   }
 
-  /** Colours the body by its offsets, or as it is painted. */
-  setHeat(on: boolean): void {
-    this.#renderer.setHeatMap(on ? HEAT_RANGE_MM : null);
+  /** Colours the bodies from 0 to so many millimetres; null: as they are painted. */
+  setHeat(rangeMm: number | null): void {
+    this.#heatRangeMm = rangeMm;
+    this.#main.renderer.setHeatMap(rangeMm);
+    this.#left?.renderer.setHeatMap(rangeMm);
   }
 
-  /** Hands the avatar's present surface and pose to the graphics card. */
-  upload(avatar: Avatar): void {
-    this.#body?.update(avatar);
+  /** Gives the left actor a share of the canvas, from its left edge. */
+  setLeftShare(share: number): void {
+    this.#leftShare = share;
+    const canvas = byId<HTMLCanvasElement>("view-left");
+    canvas.style.clipPath = `inset(0 ${((1 - share) * 100).toFixed(3)}% 0 0)`;
+    canvas.style.visibility = this.#left && share > 0 ? "visible" : "hidden";
+    this.#drawn = "";
+  }
+
+  /** Hands the actors' present surfaces to the graphics card. */
+  upload(right: Appearance, left: Appearance | null): void {
+    if (this.#leftShare < 1) this.#main.upload(right.avatar, right.heatM);
+    if (left && this.#leftShare > 0) this.#left?.upload(left.avatar, left.heatM);
   }
 
   /** Whether the camera, the window or the colour scheme has changed since the last picture. */
@@ -101,7 +124,7 @@ export class View {
 
   get #state(): string {
     const { camera } = this;
-    const { clientWidth, clientHeight } = this.#canvas;
+    const { clientWidth, clientHeight } = this.#main.canvas;
     const scheme = this.#darkScheme.matches;
     // A tenth of a millimetre and of a milliradian is nothing to see.
     const view = [...camera.eyeWorldM, ...camera.targetWorldM].map((value) => value.toFixed(4));
@@ -111,29 +134,29 @@ export class View {
   /** Draws. */
   draw(): void {
     this.#drawn = this.#state;
+    const camera = this.#camera;
+    if (this.#leftShare < 1 || !this.#left) this.#main.draw(camera);
+    if (this.#leftShare > 0) this.#left?.draw(camera);
+  }
+
+  get #camera(): Camera {
     const fovYRadians = this.#fovYRadians;
     // Pixels of the canvas to metres at the body.
-    const height = Math.max(1, this.#canvas.clientHeight);
+    const height = Math.max(1, this.#main.canvas.clientHeight);
     const metresPerPixel = (2 * this.camera.distanceM * Math.tan(fovYRadians / 2)) / height;
     const { right, bottom } = coveredPixels();
     const shift = this.camera.shiftM((right / 2) * metresPerPixel, (-bottom / 2) * metresPerPixel);
-    this.#renderer.setCamera({
+    return {
       eyeWorldM: add(this.camera.eyeWorldM, shift),
       targetWorldM: add(this.camera.targetWorldM, shift),
       fovYRadians,
-    });
-    this.#renderer.render();
+    };
   }
 
   /** On upright screens the body must fit the width, so the vertical angle grows. */
   get #fovYRadians(): number {
-    const aspect = this.#canvas.clientWidth / Math.max(1, this.#canvas.clientHeight);
+    const { clientWidth, clientHeight } = this.#main.canvas;
+    const aspect = clientWidth / Math.max(1, clientHeight);
     return 2 * Math.atan(Math.tan(0.3) * Math.max(1, 0.62 / aspect));
-  }
-
-  #resize(): void {
-    const { clientWidth, clientHeight } = this.#canvas;
-    if (clientWidth === 0 || clientHeight === 0) return;
-    this.#renderer.resize(clientWidth, clientHeight, Math.min(devicePixelRatio, MAX_PIXEL_RATIO));
   }
 }

@@ -1,0 +1,105 @@
+import { byId } from "./dom.js";
+import { showError, showNote } from "./toast.js";
+import type { View } from "./view.js";
+
+const RECORDING_FPS = 30;
+const LONGEST_RECORDING_SECONDS = 20;
+const TYPES = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
+
+/** Pictures and short recordings of what the canvases show. */
+export class Capture {
+  readonly #view: View;
+  readonly #redraw: () => void;
+  readonly #canvas = document.createElement("canvas");
+  #recorder: MediaRecorder | null = null;
+  #stopTimer = 0;
+
+  /** `redraw` draws a picture at once, since a canvas keeps none for later. */
+  constructor(view: View, redraw: () => void) {
+    this.#view = view;
+    this.#redraw = redraw;
+    byId("picture").addEventListener("click", () => void this.savePicture());
+    byId("record").addEventListener("click", () => this.toggleRecording());
+  }
+
+  /** Saves the picture as PNG. */
+  async savePicture(): Promise<void> {
+    this.#redraw();
+    this.#compose();
+    const blob = await new Promise<Blob | null>((done) => this.#canvas.toBlob(done, "image/png"));
+    if (blob) save(blob, "dynaskin.png");
+    else showError("No picture was made", new Error("The browser gave no PNG of the canvas."));
+  }
+
+  /** Begins a recording, or ends it and saves it as WebM. */
+  toggleRecording(): void {
+    if (this.#recorder) {
+      this.#recorder.stop();
+      return;
+    }
+    const type = globalThis.MediaRecorder && TYPES.find((t) => MediaRecorder.isTypeSupported(t));
+    if (!type || !this.#canvas.captureStream) {
+      showError(
+        "This browser cannot record",
+        new Error("It has no MediaRecorder for WebM. A picture can still be saved."),
+      );
+      return;
+    }
+    this.#redraw();
+    this.#compose();
+    this.#start(new MediaRecorder(this.#canvas.captureStream(RECORDING_FPS), { mimeType: type }));
+  }
+
+  /** Takes over a picture that has just been drawn, while recording. */
+  afterDraw(): void {
+    if (this.#recorder) this.#compose();
+  }
+
+  #start(recorder: MediaRecorder): void {
+    const parts: Blob[] = [];
+    recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
+    recorder.addEventListener("stop", () => {
+      clearTimeout(this.#stopTimer);
+      for (const track of recorder.stream.getTracks()) track.stop();
+      this.#recorder = null;
+      this.#showRecording(false);
+      save(new Blob(parts, { type: "video/webm" }), "dynaskin.webm");
+    });
+    recorder.start();
+    this.#recorder = recorder;
+    this.#showRecording(true);
+    showNote("Recording", `Press again to stop; it ends after ${LONGEST_RECORDING_SECONDS} s.`);
+    const stop = () => recorder.state === "recording" && recorder.stop();
+    this.#stopTimer = window.setTimeout(stop, LONGEST_RECORDING_SECONDS * 1000);
+  }
+
+  #showRecording(on: boolean): void {
+    byId("record").setAttribute("aria-pressed", `${on}`);
+    byId("record-text").textContent = on ? "Stop recording" : "Record";
+  }
+
+  #compose(): void {
+    const { parts } = this.#view;
+    const [bottom] = parts;
+    if (!bottom) return;
+    const { width, height } = bottom.canvas;
+    // Setting a size clears the canvas, and a recorder does not follow a change of size.
+    if (this.#canvas.width !== width || this.#canvas.height !== height) {
+      Object.assign(this.#canvas, { width, height });
+    }
+    const context = this.#canvas.getContext("2d");
+    for (const { canvas, from, to } of parts) {
+      const span = (to - from) * width;
+      if (span < 1) continue;
+      const at = from * width;
+      context?.drawImage(canvas, at, 0, span, canvas.height, at, 0, span, height);
+    }
+  }
+}
+
+function save(blob: Blob, name: string): void {
+  const address = URL.createObjectURL(blob);
+  const link = Object.assign(document.createElement("a"), { href: address, download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+}

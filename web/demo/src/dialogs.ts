@@ -1,0 +1,29 @@
+import { byId } from "./dom.js";
+import { showNote } from "./toast.js";
+
+/** The overlays: keys, and the settings as code, which `code` gives when it is opened. */
+export function bindDialogs(code: () => string): void {
+  const keys = byId<HTMLDialogElement>("keys-dialog");
+  const program = byId<HTMLDialogElement>("code-dialog");
+  byId("keys-open").addEventListener("click", () => keys.showModal());
+  byId("code-open").addEventListener("click", () => {
+    byId<HTMLTextAreaElement>("code-text").value = code();
+    program.showModal();
+  });
+  byId("code-copy").addEventListener("click", async () => {
+    await navigator.clipboard.writeText(byId<HTMLTextAreaElement>("code-text").value);
+    program.close();
+    showNote("Copied", "The program is on the clipboard.");
+  });
+  byId("link-copy").addEventListener("click", async () => {
+    await navigator.clipboard.writeText(location.href);
+    showNote("Copied", "The link to this very view is on the clipboard.");
+  });
+  for (const dialog of [keys, program]) {
+    // A click beside the card lies on the dialog itself.
+    dialog.addEventListener("click", (event) => {
+      if (event.target === dialog) dialog.close();
+    });
+    dialog.querySelector("button.close")?.addEventListener("click", () => dialog.close());
+  }
+}

@@ -1,0 +1,85 @@
+import type { Avatar, Body } from "dynaskin";
+import {
+  type Backend,
+  type BodyHandle,
+  type Camera,
+  createRenderer,
+  type Renderer,
+} from "dynaskin/renderer";
+
+/** Largest ratio of canvas pixels to page pixels; phones have up to 4, at four times the cost. */
+const MAX_PIXEL_RATIO = 2;
+
+type Colour = [number, number, number];
+const BACKGROUNDS: Record<"light" | "dark", { center: Colour; edge: Colour }> = {
+  light: { center: [0.93, 0.94, 0.955], edge: [0.74, 0.76, 0.79] },
+  dark: { center: [0.3, 0.32, 0.355], edge: [0.085, 0.09, 0.105] },
+};
+const darkScheme = matchMedia("(prefers-color-scheme: dark)");
+
+/** One canvas with one actor. Two of them, one clipped, make a split picture. */
+export class Layer {
+  readonly renderer: Renderer;
+  readonly canvas: HTMLCanvasElement;
+  #body: BodyHandle | null = null;
+
+  private constructor(canvas: HTMLCanvasElement, renderer: Renderer) {
+    this.canvas = canvas;
+    this.renderer = renderer;
+    const paint = () => renderer.setBackground(BACKGROUNDS[darkScheme.matches ? "dark" : "light"]);
+    darkScheme.addEventListener("change", paint);
+    paint();
+    new ResizeObserver(() => this.#resize()).observe(canvas);
+    this.#resize();
+  }
+
+  /** Starts drawing on a canvas. */
+  static async create(
+    canvas: HTMLCanvasElement,
+    backend: Backend | "auto",
+    onProgress: (loadedBytes: number, totalBytes: number) => void,
+  ): Promise<Layer> {
+    const renderer = await createRenderer(canvas, {
+      backend,
+      onProgress: ({ loadedBytes, totalBytes }) => onProgress(loadedBytes, totalBytes),
+    });
+    return new Layer(canvas, renderer);
+  }
+
+  /** The body as the renderer knows it. */
+  get body(): BodyHandle | null {
+    return this.#body;
+  }
+
+  /** Shows another body instead of the present one. */
+  setBody(body: Body): void {
+    const before = this.#body;
+    this.#body = this.renderer.addBody(body);
+    before?.remove();
+  }
+
+  /**
+   * Hands a surface and its pose to the graphics card; the heat map shows `heatM` (offsets of every
+   * vertex, metres) where it is given, otherwise the avatar's own offsets.
+   */
+  upload(avatar: Avatar, heatM: Float32Array | null): void {
+    if (!heatM) {
+      this.#body?.update(avatar);
+      return;
+    }
+    const { positions, normals, skinMatrices } = avatar;
+    this.#body?.update({ positions, normals, skinMatrices, offsets: heatM });
+  }
+
+  /** Draws one picture. */
+  draw(camera: Camera): void {
+    this.renderer.setCamera(camera);
+    this.renderer.render();
+  }
+
+  #resize(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.renderer.resize(clientWidth, clientHeight, Math.min(devicePixelRatio, MAX_PIXEL_RATIO));
+  }
+}

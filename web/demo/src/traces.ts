@@ -1,0 +1,138 @@
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { byId, create } from "./dom.js";
+
+/** Seconds of motion that the plots show. */
+const WINDOW_SECONDS = 4;
+const REDRAW_MS = 80;
+const HEIGHT_PX = 104;
+
+/** One moment: of the left and the right actor, in millimetres; null where there is none. */
+export interface Sample {
+  timeSeconds: number;
+  heightMm: [left: number | null, right: number | null];
+  errorMm: [left: number | null, right: number | null];
+}
+
+const colour = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name);
+
+/** Two plots over the motion's time: a region's height against the bone, and its error. */
+export class Traces {
+  readonly #samples: Sample[] = [];
+  readonly #plots: { plot: uPlot; key: "heightMm" | "errorMm" }[] = [];
+  #drawnAt = 0;
+  #dirty = false;
+
+  constructor() {
+    this.#build();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#build());
+    new ResizeObserver(() => this.#resize()).observe(byId("plots"));
+  }
+
+  /** Says what is plotted: the region and the actors, `left` being null where there is one alone. */
+  describe(region: string, left: string | null, right: string, hasTruth: boolean): void {
+    byId("plot-height-title").textContent = `${region}, up and down against the bone (mm)`;
+    byId("plot-error-title").textContent = `${region}, mean distance from ground truth (mm)`;
+    byId("plot-error").hidden = !hasTruth;
+    byId("plot-error-head").hidden = !hasTruth;
+    const names = left === null ? [] : [this.#key("left", left)];
+    byId("plot-names").replaceChildren(...names, this.#key("right", right));
+    this.#resize();
+  }
+
+  /** Adds a moment; the first of a row begins the plots anew. */
+  add(sample: Sample, isFirst: boolean): void {
+    const last = this.#samples.at(-1);
+    if (isFirst) this.#samples.length = 0;
+    else if (last && last.timeSeconds >= sample.timeSeconds) this.#samples.pop();
+    this.#samples.push(sample);
+    const begin = sample.timeSeconds - WINDOW_SECONDS;
+    while ((this.#samples[0]?.timeSeconds ?? begin) < begin) this.#samples.shift();
+    this.#dirty = true;
+  }
+
+  /** The moments that are plotted, oldest first. */
+  get samples(): readonly Sample[] {
+    return this.#samples;
+  }
+
+  /** Draws what has been added, at most some ten times a second. */
+  show(nowMs: number): void {
+    if (!this.#dirty || byId("plots").hidden || nowMs - this.#drawnAt < REDRAW_MS) return;
+    this.#drawnAt = nowMs;
+    this.#dirty = false;
+    const times = this.#samples.map(({ timeSeconds }) => timeSeconds);
+    const end = times.at(-1) ?? 0;
+    for (const { plot, key } of this.#plots) {
+      const line = (side: 0 | 1) => this.#samples.map((sample) => sample[key][side]);
+      plot.setData([times, line(0), line(1)], false);
+      plot.batch(() => {
+        plot.setScale("x", { min: end - WINDOW_SECONDS, max: end });
+        plot.setScale("y", rangeOf([...line(0), ...line(1)], key === "errorMm"));
+      });
+      const value = (side: 0 | 1) => this.#samples.at(-1)?.[key][side];
+      const texts = [value(0), value(1)].map((mm) => (mm == null ? "" : `${mm.toFixed(1)} mm`));
+      byId(key === "heightMm" ? "plot-height-now" : "plot-error-now").replaceChildren(
+        ...texts.map((textContent, side) =>
+          create("span", { textContent, className: side === 0 ? "of-left" : "of-right" }),
+        ),
+      );
+    }
+  }
+
+  #key(side: "left" | "right", name: string): HTMLElement {
+    return create("span", { className: `of-${side}`, textContent: name });
+  }
+
+  #build(): void {
+    for (const { plot } of this.#plots) plot.destroy();
+    this.#plots.length = 0;
+    for (const key of ["heightMm", "errorMm"] as const) {
+      const holder = byId(key === "heightMm" ? "plot-height" : "plot-error");
+      const axis = {
+        stroke: colour("--muted"),
+        grid: { stroke: colour("--field-strong"), width: 1 },
+        ticks: { show: false },
+        font: "11px system-ui, sans-serif",
+      };
+      const plot = new uPlot(
+        {
+          width: Math.max(120, holder.clientWidth),
+          height: HEIGHT_PX,
+          cursor: { show: false },
+          legend: { show: false },
+          scales: { x: { time: false, auto: false }, y: { auto: false } },
+          axes: [
+            { ...axis, size: 22, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+            { ...axis, size: 34, space: 18 },
+          ],
+          series: [
+            {},
+            { stroke: colour("--left"), width: 1.75, points: { show: false } },
+            { stroke: colour("--right"), width: 1.75, points: { show: false } },
+          ],
+        },
+        [[], [], []],
+        holder,
+      );
+      this.#plots.push({ plot, key });
+    }
+    this.#dirty = true;
+  }
+
+  #resize(): void {
+    for (const { plot, key } of this.#plots) {
+      const holder = byId(key === "heightMm" ? "plot-height" : "plot-error");
+      const width = holder.clientWidth;
+      if (width > 0 && width !== plot.width) plot.setSize({ width, height: HEIGHT_PX });
+    }
+    this.#dirty = true;
+  }
+}
+
+/** A range that shows all values with some room, at least a millimetre or two. */
+function rangeOf(values: (number | null)[], fromZero: boolean): { min: number; max: number } {
+  const numbers = values.filter((value) => value !== null);
+  const most = Math.max(1, ...numbers.map(Math.abs)) * 1.1;
+  return { min: fromZero ? 0 : -most, max: most };
+}
