@@ -1,4 +1,5 @@
-//! Motion clips for the body's skeleton: readers, procedural test motions, retargeting, resampling.
+//! Motion clips for the body's skeleton: readers, procedural test motions, retargeting, resampling;
+//! and a body moved by hand.
 
 #[cfg(feature = "amass")]
 mod amass;
@@ -6,6 +7,7 @@ mod bvh;
 mod clip;
 mod error;
 mod procedural;
+mod puppet;
 mod retarget;
 
 #[cfg(feature = "amass")]
@@ -14,4 +16,5 @@ pub use bvh::{Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
 pub use clip::{Clip, MAX_CLIP_FRAMES, MODEL_RATE_HZ};
 pub use error::MotionError;
 pub use procedural::{Procedural, ProceduralKind};
+pub use puppet::{Grip, Puppet};
 pub use retarget::{JointReport, LengthUnit, retarget};

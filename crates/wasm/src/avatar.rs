@@ -13,6 +13,7 @@ use crate::error::Thrown;
 use crate::model::no_region;
 use crate::motion::CoreMotion;
 use crate::pose;
+use crate::puppet::CorePuppet;
 
 #[wasm_bindgen]
 extern "C" {
@@ -332,6 +333,14 @@ impl CoreAvatar {
         let joints_rest_m = avatar.joints_rest_m();
         let parameters = (tempo_hz, height_m, duration_seconds);
         Ok(CoreMotion::procedural(name, parameters, joints_rest_m)?)
+    }
+
+    /// A standing body that is moved by hand, for the avatar's present shape.
+    ///
+    /// # Errors
+    /// Throws `motion` for a body that does not stand.
+    pub fn puppet(&self) -> Result<CorePuppet, JsValue> {
+        Ok(CorePuppet::new(self.avatar.borrow().joints_rest_m())?)
     }
 
     /// Rest joint positions in metres, `[joint][3]`.

@@ -12,6 +12,7 @@ mod error;
 mod model;
 mod motion;
 mod pose;
+mod puppet;
 
 use wasm_bindgen::prelude::*;
 
@@ -19,6 +20,7 @@ pub use avatar::CoreAvatar;
 pub use crowd::CoreCrowd;
 pub use model::{CoreBody, CoreModel};
 pub use motion::CoreMotion;
+pub use puppet::CorePuppet;
 
 /// Version of these bindings, which the SDK compares with its own.
 #[wasm_bindgen(js_name = coreVersion)]

@@ -1,12 +1,14 @@
 import { type Avatar, Motion } from "dynaskin";
 import { describeActors } from "./about.js";
 import { type ActorKind, actorLabel } from "./actors.js";
+import { ByHand, type Playable } from "./by-hand.js";
 import { Capture } from "./capture.js";
 import type { Cast } from "./cast.js";
 import { codeFor } from "./code.js";
 import { Comparison } from "./comparison.js";
 import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
+import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
 import { drawLegend, HEAT_SCALES } from "./legend.js";
 import { Loader } from "./loader.js";
@@ -40,6 +42,7 @@ export class App {
   readonly #comparison: Comparison;
   readonly #wipe: Wipe;
   readonly #capture: Capture;
+  readonly #handles: Handles;
   #cast: Cast | null = null;
   #playback: Playback | null = null;
   /** Whether the motion is to be made anew before the next picture. */
@@ -98,6 +101,10 @@ export class App {
       resetView: () => view.camera.reset(),
       copyHud: () => this.#copyHud(),
       hold: (side) => this.#wipe.hold(side),
+      focusBody: () => {
+        this.#showHandles();
+        this.#handles.focus();
+      },
     });
     this.#comparison = new Comparison(settings, {
       setActors: () => this.#changed(() => void this.#loader.recast()),
@@ -105,8 +112,9 @@ export class App {
       setHeatOf: () => this.#changed(() => this.#showHeat()),
       setPlots: () => this.#changed(() => this.#showPlots()),
     });
+    this.#handles = new Handles(view, () => this.#wake());
     this.#capture = new Capture(view, () => this.draw(0));
-    bindDialogs(() => codeFor(settings, this.stage.tuning));
+    bindDialogs(() => codeFor(settings, this.stage.tuning, this.#program.played));
     this.#showHeat();
     document.addEventListener("visibilitychange", () => {
       this.#lastFrame = null;
@@ -217,7 +225,7 @@ export class App {
   }
 
   /** The link's motion; at its usual tempo and height, where the link's do not go together. */
-  #makeFirstMotion(avatar: Avatar): Motion {
+  #makeFirstMotion(avatar: Avatar): Playable {
     try {
       return this.#program.makeMotion(avatar);
     } catch (error) {
@@ -325,6 +333,16 @@ export class App {
     this.#playback.paused = this.settings.paused;
   }
 
+  /** Who takes hold of a body that stands still wants it to move. */
+  #wake(): void {
+    if (!this.settings.paused) return;
+    this.#changed(() => {
+      this.settings.paused = false;
+      this.#panel.show();
+      this.#applySpeed();
+    });
+  }
+
   /** Carries a change out and puts it into the page's address. */
   #changed(work: () => void): void {
     this.#stale = true;
@@ -363,6 +381,12 @@ export class App {
     }
   }
 
+  #showHandles(): void {
+    const motion = this.#playback?.motion;
+    this.#handles.attach(motion instanceof ByHand ? motion : null);
+    this.#handles.show();
+  }
+
   #rememberCamera(nowMs: number): void {
     const { place } = this.#view.camera;
     const text = `${place}`;
@@ -383,7 +407,8 @@ export class App {
     if (playback) {
       this.#play(() => playback.frame(elapsedSeconds));
       if (!playback.paused) this.hud.addStep(playback.avatar);
-      const [x = 0, , z = 0] = playback.pose;
+      // A hand pulls the body against a camera that stands still.
+      const [x = 0, , z = 0] = playback.motion instanceof ByHand ? [] : playback.pose;
       // A jump in time takes the camera along.
       const share = elapsedSeconds === 0 ? 1 : 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds);
       this.#view.camera.follow(x, z, share);
@@ -394,6 +419,7 @@ export class App {
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }
     this.hud.timed("render", () => this.#view.draw());
+    this.#showHandles();
     this.#capture.afterDraw();
   }
 }

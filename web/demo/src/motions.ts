@@ -1,4 +1,8 @@
 import type { MotionOptions, ProceduralName } from "dynaskin";
+import { BY_HAND } from "./by-hand.js";
+
+/** What the settings can name: a built-in motion, or the visitor's hand. */
+export type MotionName = ProceduralName | typeof BY_HAND;
 
 /** A built-in motion as the page offers it. */
 export interface MotionChoice {
@@ -46,11 +50,17 @@ export const MOTIONS: readonly MotionChoice[] = [
   },
 ];
 
-/** The motion with this name. */
-export function findMotion(name: ProceduralName): MotionChoice {
-  const found = MOTIONS.find((choice) => choice.name === name);
-  if (!found) throw new Error(`The list has no motion ${name}.`);
-  return found;
+/** Every name that the settings can have. */
+export const MOTION_NAMES: readonly MotionName[] = [...MOTIONS.map(({ name }) => name), BY_HAND];
+
+/** The built-in motion with this name; null for the visitor's hand. */
+export function findMotion(name: MotionName): MotionChoice | null {
+  return MOTIONS.find((choice) => choice.name === name) ?? null;
+}
+
+/** What the page calls a motion. */
+export function motionLabel(name: MotionName): string {
+  return findMotion(name)?.label ?? "Moved by hand";
 }
 
 /** Options for the SDK, from what a link or the sliders say. */
@@ -58,7 +68,7 @@ export function motionOptions(
   choice: MotionChoice,
   tempoHz: number | null,
   heightM: number | null,
-): MotionOptions {
+): Required<Pick<MotionOptions, "tempoHz" | "heightM">> {
   return {
     tempoHz: tempoHz ?? choice.tempoHz[1],
     heightM: heightM ?? choice.heightM[1],

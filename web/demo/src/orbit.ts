@@ -73,6 +73,15 @@ export class OrbitCamera {
     ];
   }
 
+  /** The way the camera looks: a unit vector of the world. */
+  get awayM(): [number, number, number] {
+    const [eye, target] = [this.eyeWorldM, this.targetWorldM];
+    const way = target.map((value, axis) => value - (eye[axis] ?? 0));
+    const length = Math.hypot(...way);
+    const [x = 0, y = 0, z = 1] = way.map((value) => value / length);
+    return [x, y, z];
+  }
+
   /** The world vector of a move along the picture's right and up, in metres. */
   shiftM(rightM: number, upM: number): [number, number, number] {
     const [sinYaw, cosYaw] = [Math.sin(this.yawRadians), Math.cos(this.yawRadians)];

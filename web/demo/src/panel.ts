@@ -1,6 +1,7 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
+import { BY_HAND } from "./by-hand.js";
 import { byId, create } from "./dom.js";
-import { findMotion, MOTIONS, type MotionChoice } from "./motions.js";
+import { findMotion, MOTION_NAMES, MOTIONS, type MotionChoice, motionLabel } from "./motions.js";
 import type { Settings } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
 import { CLIP_NAMES, clipLabel } from "./truth.js";
@@ -22,6 +23,8 @@ export interface PanelActions {
   seek(timeSeconds: number): void;
   resetView(): void;
   copyHud(): void;
+  /** Puts the keyboard's focus on the body that is moved by hand. */
+  focusBody(): void;
   /** Shows one actor alone; null: both again. */
   hold(side: "left" | "right" | null): void;
 }
@@ -78,15 +81,19 @@ export class Panel {
     if (clips) clips.disabled = sex !== "female";
   }
 
-  /** Shows where in the motion the clock is. */
+  /** Shows where in the motion the clock is; what has no end has no timeline. */
   showTime(timeSeconds: number, durationSeconds: number): void {
     const input = byId<HTMLInputElement>("time");
+    const ends = Number.isFinite(durationSeconds);
+    input.disabled = !ends;
+    if (!ends) {
+      showText("time-text", `${timeSeconds.toFixed(1)} s`);
+      return;
+    }
     input.max = `${durationSeconds}`;
     if (!this.#scrubbing) input.value = `${timeSeconds}`;
     showFill(input);
-    const text = `${timeSeconds.toFixed(1)} / ${durationSeconds.toFixed(1)} s`;
-    const output = byId("time-text");
-    if (output.textContent !== text) output.textContent = text;
+    showText("time-text", `${timeSeconds.toFixed(1)} / ${durationSeconds.toFixed(1)} s`);
   }
 
   /** Selects what plays in the list, which holds at most one file; null: the settings' motion. */
@@ -94,6 +101,7 @@ export class Panel {
     const select = byId<HTMLSelectElement>("motion");
     select.querySelector(`option[value="${FILE_MOTION}"]`)?.remove();
     const { motion, clip } = this.#settings;
+    byId("hand-hint").hidden = fileName !== null || clip !== null || motion !== BY_HAND;
     if (fileName === null) {
       select.value = clip === null ? motion : CLIP_MOTION + clip;
       this.#showMotionOptions(clip === null ? findMotion(motion) : null);
@@ -182,6 +190,7 @@ export class Panel {
         "Made by formula",
         MOTIONS.map(({ name, label }) => option(name, label)),
       ),
+      group("Yours", [option(BY_HAND, motionLabel(BY_HAND))]),
       group(
         "With simulated ground truth",
         CLIP_NAMES.map((name) => option(CLIP_MOTION + name, `${clipLabel(name)}, simulated`)),
@@ -190,11 +199,11 @@ export class Panel {
     );
     this.showPlaying(null);
     select.addEventListener("change", () => {
-      const choice = MOTIONS.find(({ name }) => name === select.value);
+      const choice = MOTION_NAMES.find((name) => name === select.value);
       const clip = CLIP_NAMES.find((name) => CLIP_MOTION + name === select.value) ?? null;
       if (!choice && clip === null) return;
       this.#settings.clip = clip;
-      if (choice) this.#settings.motion = choice.name;
+      if (choice) this.#settings.motion = choice;
       this.#settings.tempoHz = null;
       this.#settings.heightM = null;
       this.#actions.setMotion();
@@ -246,6 +255,15 @@ export class Panel {
     });
   }
 
+  #takeInHand(): void {
+    const select = byId<HTMLSelectElement>("motion");
+    if (select.value !== BY_HAND) {
+      select.value = BY_HAND;
+      select.dispatchEvent(new Event("change"));
+    }
+    this.#actions.focusBody();
+  }
+
   #togglePaused(): void {
     this.#settings.paused = !this.#settings.paused;
     this.show();
@@ -273,6 +291,7 @@ export class Panel {
       p: () => byId("picture").click(),
       v: () => byId("record").click(),
       u: () => byId("code-open").click(),
+      h: () => this.#takeInHand(),
       "?": () => byId("keys-open").click(),
     };
     addEventListener("keydown", (event) => {
@@ -308,6 +327,11 @@ export class Panel {
 /** Shows a switch on or off. */
 export function setSwitch(id: string, on: boolean): void {
   byId(id).setAttribute("aria-checked", `${on}`);
+}
+
+function showText(id: string, text: string): void {
+  const output = byId(id);
+  if (output.textContent !== text) output.textContent = text;
 }
 
 /** What the page calls a region. */

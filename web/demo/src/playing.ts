@@ -1,4 +1,5 @@
-import { type Avatar, type Motion, POSE_LENGTH, type Pose, restPose } from "dynaskin";
+import { type Avatar, POSE_LENGTH, type Pose, restPose } from "dynaskin";
+import type { Playable } from "./by-hand.js";
 
 /** Seconds of motion that are stepped through before a moment that is jumped to. */
 const WARM_UP_SECONDS = 2;
@@ -30,9 +31,9 @@ export class Playback {
   #timeSeconds = 0;
   readonly #afterStep: AfterStep;
   #avatars: readonly Avatar[];
-  #motion: Motion;
+  #motion: Playable;
 
-  constructor(avatars: readonly Avatar[], motion: Motion, afterStep: AfterStep) {
+  constructor(avatars: readonly Avatar[], motion: Playable, afterStep: AfterStep) {
     this.#afterStep = afterStep;
     this.#avatars = avatars;
     this.#motion = motion;
@@ -45,7 +46,7 @@ export class Playback {
   }
 
   /** The motion that plays. */
-  get motion(): Motion {
+  get motion(): Playable {
     return this.#motion;
   }
 
@@ -62,17 +63,17 @@ export class Playback {
   }
 
   /** Plays another motion from its beginning. If the avatar refuses it, this one goes on. */
-  setMotion(motion: Motion): void {
+  setMotion(motion: Playable): void {
     this.#replace(this.#avatars, motion, 0);
     this.rounds = 0;
   }
 
   /** Goes on with other avatars at the same moment. If that fails, the present ones go on. */
-  setAvatars(avatars: readonly Avatar[], motion: Motion): void {
+  setAvatars(avatars: readonly Avatar[], motion: Playable): void {
     this.#replace(avatars, motion, Math.min(this.#timeSeconds, motion.durationSeconds));
   }
 
-  #replace(avatars: readonly Avatar[], motion: Motion, timeSeconds: number): void {
+  #replace(avatars: readonly Avatar[], motion: Playable, timeSeconds: number): void {
     const before = {
       avatars: this.#avatars,
       motion: this.#motion,

@@ -1,5 +1,7 @@
 import { type Avatar, Motion } from "dynaskin";
-import { findMotion, motionOptions } from "./motions.js";
+import { ByHand, type Playable } from "./by-hand.js";
+import type { PlayedInstead } from "./code.js";
+import { findMotion, motionLabel, motionOptions } from "./motions.js";
 import type { Settings } from "./settings.js";
 import { clipLabel, type TruthClip } from "./truth.js";
 
@@ -9,7 +11,7 @@ export interface MotionFile {
   bytes: Uint8Array;
 }
 
-/** What plays: a file, a clip of the simulator, or the settings' motion. */
+/** What plays: a file, a clip of the simulator, or the settings' motion, which may be a hand. */
 export class Program {
   /** The file that plays; null: none. */
   file: MotionFile | null = null;
@@ -27,7 +29,14 @@ export class Program {
   get label(): string {
     if (this.file) return this.file.name;
     if (this.truth) return `${clipLabel(this.truth.name)}, simulated`;
-    return findMotion(this.#settings.motion).label;
+    return motionLabel(this.#settings.motion);
+  }
+
+  /** What plays instead of the settings' motion, for a program that does the same. */
+  get played(): PlayedInstead {
+    const { file, truth } = this;
+    const clip = truth && { ...truth.formula, shape: truth.shape };
+    return { fileName: file?.name ?? null, clip };
   }
 
   /** The shape that the body must have: the clip's own, or the settings'. */
@@ -56,7 +65,7 @@ export class Program {
   }
 
   /** Makes the motion for an avatar's present shape. */
-  makeMotion(avatar: Avatar): Motion {
+  makeMotion(avatar: Avatar): Playable {
     if (this.file) return Motion.fromBvh(this.file.bytes, avatar);
     if (this.truth) {
       const { poses, rateHz, name } = this.truth;
@@ -64,6 +73,7 @@ export class Program {
     }
     const { motion, tempoHz, heightM } = this.#settings;
     const choice = findMotion(motion);
+    if (!choice) return new ByHand(avatar);
     return Motion.procedural(choice.name, avatar, motionOptions(choice, tempoHz, heightM));
   }
 }

@@ -1,6 +1,6 @@
-import { type ProceduralName, REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
+import { REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
 import { type ActorKind, actorsOf } from "./actors.js";
-import { findMotion, MOTIONS } from "./motions.js";
+import { findMotion, MOTION_NAMES, type MotionName } from "./motions.js";
 import { CLIP_NAMES } from "./truth.js";
 
 /** The playback speeds that can be chosen. */
@@ -15,8 +15,8 @@ export interface Settings {
   sex: Sex;
   /** Shape coefficients in standard deviations. */
   shape: number[];
-  /** Name of a built-in motion. */
-  motion: ProceduralName;
+  /** Name of a built-in motion, or the visitor's hand. */
+  motion: MotionName;
   /** Cycles per second of the motion; null: the motion's own. */
   tempoHz: number | null;
   /** Height of jumps in metres; null: the motion's own. */
@@ -92,18 +92,15 @@ export function readSettings(search: string): Settings {
     const value = Number.parseFloat(query.get(name) ?? "");
     return Number.isFinite(value) ? value : null;
   };
-  const inRange = (name: string, [min, , max]: [number, number, number]) => {
+  const inRange = (name: string, range: readonly [number, number, number] | undefined) => {
     const value = number(name);
-    return value === null ? null : Math.max(min, Math.min(max, value));
+    if (value === null || !range) return null;
+    return Math.max(range[0], Math.min(range[2], value));
   };
   const flag = (name: string, otherwise: boolean) =>
     query.has(name) ? ["", "1", "on", "true"].includes(query.get(name) ?? "") : otherwise;
   const shape = (query.get("shape") ?? "").split(",").map(Number.parseFloat);
-  const motion = oneOf(
-    "motion",
-    MOTIONS.map(({ name }) => name),
-    DEFAULTS.motion,
-  );
+  const motion = oneOf("motion", MOTION_NAMES, DEFAULTS.motion);
   const choice = findMotion(motion);
   const sex = oneOf("sex", ["female", "male"], DEFAULTS.sex);
   const clip = sex === "female" ? oneOf("clip", CLIP_NAMES, "") || null : null;
@@ -126,8 +123,8 @@ export function readSettings(search: string): Settings {
       return Number.isFinite(value) ? Math.max(-3, Math.min(3, value as number)) : zero;
     }),
     motion,
-    tempoHz: inRange("tempo", choice.tempoHz),
-    heightM: inRange("height", choice.heightM),
+    tempoHz: inRange("tempo", choice?.tempoHz),
+    heightM: inRange("height", choice?.heightM),
     dynamics: flag("dynamics", DEFAULTS.dynamics),
     heat: query.get("heat") === "error" || flag("heat", DEFAULTS.heat),
     hud: flag("hud", DEFAULTS.hud),

@@ -37,6 +37,8 @@ export class TruthClip {
   readonly shape: number[];
   /** Which state of the simulator made it, as bundles name it in `training.simulator.method`. */
   readonly simulatorMethod: string;
+  /** The motion by formula that it was simulated for, with tempo and height. */
+  readonly formula: { motion: string; tempoHz: number; heightM: number };
   /** Offsets at the moment of the last {@link moveTo}: `[vertex][x, y, z]` flattened, metres. */
   readonly offsets: Float32Array;
   readonly #vertices: Uint32Array;
@@ -51,12 +53,13 @@ export class TruthClip {
     body: Body,
   ) {
     const tensors = new SafeTensors(file);
-    const { format, version, body_sha256, rate_hz, sim_method } = tensors.metadata;
+    const { format, version, body_sha256, rate_hz, sim_method, name: source } = tensors.metadata;
     if (format !== "dynaskin-clip-basis" || version !== "1" || body_sha256 !== body.sha256) {
       throw new Error(`The clip ${name} is not for this body, or of another version.`);
     }
     this.rateHz = Number(rate_hz);
     this.simulatorMethod = sim_method ?? "";
+    this.formula = formulaOf(source ?? "");
     this.shape = [...tensors.singles("shape")].slice(0, SHAPE_LENGTH);
     this.#vertices = tensors.integers("vertices");
     this.#basisM = tensors.halves("basis_m");
@@ -101,6 +104,13 @@ export class TruthClip {
       this.offsets.set(this.#soft.subarray(idx * 3, idx * 3 + 3), vertex * 3);
     });
   }
+}
+
+/** Reads `hop-190-060__s0`, the data set's name of a clip: motion, tempo (cHz), height (mm), shape. */
+function formulaOf(source: string): TruthClip["formula"] {
+  const [, motion, tempo, height] = /^(.+)-(\d+)-(\d+)__/.exec(source) ?? [];
+  if (!motion) throw new Error(`The clip was made from ${source}, which is no motion by formula.`);
+  return { motion, tempoHz: Number(tempo) / 100, heightM: Number(height) / 1000 };
 }
 
 /** Downloads a clip. Throws an `Error` when it cannot be had or is not for this body. */

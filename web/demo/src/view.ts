@@ -139,6 +139,28 @@ export class View {
     if (this.#leftShare > 0) this.#left?.draw(camera);
   }
 
+  /**
+   * Where a point of the world (metres) is in the picture, in CSS pixels from its top left corner, and
+   * how many metres a pixel is there.
+   */
+  project(pointWorldM: Vector): { xPx: number; yPx: number; metresPerPixel: number } {
+    const { clientWidth, clientHeight } = this.#main.canvas;
+    const { eyeWorldM, targetWorldM, fovYRadians } = this.#camera;
+    const from = (place: readonly number[]) =>
+      pointWorldM.map((value, axis) => value - (place[axis] ?? 0));
+    const along = (a: readonly number[], b: readonly number[]) =>
+      a.reduce((sum, value, axis) => sum + value * (b[axis] ?? 0), 0);
+    const away = this.camera.awayM;
+    const depthM = Math.max(0.05, along(from(eyeWorldM), away));
+    const metresPerPixel = (2 * depthM * Math.tan(fovYRadians / 2)) / Math.max(1, clientHeight);
+    const offset = from(targetWorldM);
+    return {
+      xPx: clientWidth / 2 + along(offset, this.camera.shiftM(1, 0)) / metresPerPixel,
+      yPx: clientHeight / 2 - along(offset, this.camera.shiftM(0, 1)) / metresPerPixel,
+      metresPerPixel,
+    };
+  }
+
   get #camera(): Camera {
     const fovYRadians = this.#fovYRadians;
     // Pixels of the canvas to metres at the body.

@@ -36,6 +36,7 @@ export {
   restPose,
   SHAPE_LENGTH,
 } from "./pose.js";
+export { GRIPS, type Grip, Puppet } from "./puppet.js";
 export type { FileSource, Progress } from "./source.js";
 export { VERSION } from "./version.js";
 export type { WasmSource } from "./wasm/instantiate.js";

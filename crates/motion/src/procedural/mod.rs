@@ -4,7 +4,7 @@
 //! with equal position, speed and acceleration. A flight is a parabola under gravity.
 
 mod bounce;
-mod figure;
+pub(crate) mod figure;
 mod grounded;
 mod hops;
 mod track;

@@ -1,0 +1,110 @@
+import { Avatar } from "./avatar.js";
+import { checkNumber } from "./check.js";
+import { DynaSkinError, guard } from "./error.js";
+import { checkLength, POSE_LENGTH, type Pose } from "./pose.js";
+import type { CorePuppet } from "./wasm/core.js";
+
+/** The parts of a {@link Puppet} that can be held. */
+export const GRIPS = ["pelvis", "chest"] as const;
+
+/** Name of a part of a {@link Puppet} that can be held. */
+export type Grip = (typeof GRIPS)[number];
+
+/**
+ * A standing body that is moved by hand: hold its pelvis or chest, pull, let go. The rest of the body
+ * follows on damped springs, feet stay on the floor until the legs are stretched, and let go it swings
+ * back to where it stood. It gives poses for {@link Avatar.step}, where a motion gives them otherwise.
+ *
+ * Made for an avatar's present shape: after a change of shape, make it again.
+ */
+export class Puppet {
+  #raw: CorePuppet | null;
+
+  /**
+   * @throws DynaSkinError `argument` for what is no avatar, `motion` for a body that does not stand
+   */
+  constructor(avatar: Avatar) {
+    if (!(avatar instanceof Avatar)) {
+      throw new DynaSkinError("argument", "A puppet needs an avatar, as createAvatar() gives it.");
+    }
+    this.#raw = guard(() => avatar.raw.puppet());
+  }
+
+  /** The part that is held; null while the body is free. */
+  get held(): Grip | null {
+    return (guard(() => this.#alive.held) ?? null) as Grip | null;
+  }
+
+  /**
+   * Holds a part, and pulls it from where it is while the body stands. Call it again when the hand
+   * moves. Far pulls stretch less and less, so the body stays within its reach.
+   *
+   * @param grip - the part
+   * @param pullM - displacement `[x, y, z]` in metres, +Y up, the body facing +Z
+   * @throws DynaSkinError `argument` for an unknown part or what is no array of three numbers, `motion`
+   *   for a number that is not finite
+   */
+  hold(grip: Grip, pullM: ArrayLike<number>): void {
+    checkLength("pullM", pullM, 3);
+    const [x, y, z] = Array.from(pullM) as [number, number, number];
+    guard(() => this.#alive.hold(checkGrip(grip), x, y, z));
+  }
+
+  /** Lets go. */
+  release(): void {
+    guard(() => this.#alive.release());
+  }
+
+  /**
+   * Moves on and writes the pose into `out`, which it returns. The path does not depend on the display
+   * rate.
+   *
+   * @param dtSeconds - time since the last step in seconds; below zero counts as none, above 0.25 s as
+   *   0.25 s
+   * @throws DynaSkinError `argument` for an `out` of the wrong type or length, or a time that is no
+   *   finite number
+   */
+  step(dtSeconds: number, out: Pose = new Float64Array(POSE_LENGTH)): Pose {
+    checkNumber("dtSeconds", dtSeconds);
+    checkLength("out", out, POSE_LENGTH);
+    if (!(out instanceof Float64Array)) {
+      throw new DynaSkinError(
+        "argument",
+        "out must be a Float64Array: poses are double precision.",
+      );
+    }
+    guard(() => this.#alive.step(dtSeconds, out));
+    return out;
+  }
+
+  /**
+   * Where a part is now, in the world, in metres: its joint inside the body. A page draws its handles
+   * there.
+   *
+   * @throws DynaSkinError `argument` for an unknown part
+   */
+  placeOf(grip: Grip): [x: number, y: number, z: number] {
+    const place = guard(() => this.#alive.placeOf(checkGrip(grip)));
+    return [place[0] ?? 0, place[1] ?? 0, place[2] ?? 0];
+  }
+
+  /** Frees the puppet's memory. May be called again. */
+  dispose(): void {
+    this.#raw?.free();
+    this.#raw = null;
+  }
+
+  get #alive(): CorePuppet {
+    if (this.#raw) return this.#raw;
+    throw new DynaSkinError("disposed", "This puppet was used after dispose().");
+  }
+}
+
+function checkGrip(grip: unknown): Grip {
+  const found = GRIPS.find((name) => name === grip);
+  if (found) return found;
+  throw new DynaSkinError(
+    "argument",
+    `${String(grip)} cannot be held; there are ${GRIPS.join(", ")}.`,
+  );
+}
