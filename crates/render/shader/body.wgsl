@@ -119,7 +119,7 @@ fn studio_light(in: BodyVarying, normal: vec3<f32>, view: vec3<f32>, skin_like: 
     let f0 = mix(0.022, 0.030, skin_like);
 
     let n_key = dot(normal, frame.key_world);
-    let shadow = key_visibility(in.position_world_m, normal, 2.6);
+    let shadow = key_visibility(in.position_world_m, normal, 0.005);
     // Faces turned away are dark by their cosine; the map would cut the bent edge off.
     let key_seen = mix(1.0, shadow, smoothstep(-0.25, 0.12, n_key));
 

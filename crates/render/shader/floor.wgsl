@@ -57,7 +57,7 @@ fn fs_floor(in: FloorVarying) -> @location(0) vec4<f32> {
     let up = vec3<f32>(0.0, 1.0, 0.0);
     let key = 0.42 * KEY_RADIANCE * frame.key_world.y;
     let sky = SKY_IRRADIANCE + 0.4 * FILL_RADIANCE;
-    let arriving = key * key_visibility(position_m, up, 3.0) + sky * sky_visibility(position_m);
+    let arriving = key * key_visibility(position_m, up, 0.006) + sky * sky_visibility(position_m);
     let base = frame.background_center.rgb * (0.96 - 0.13 * line_cover(in.position_m));
     return displayed(mix(behind, base * arriving / (key + sky), fade), in.clip.xy);
 }

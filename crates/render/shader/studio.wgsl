@@ -11,11 +11,14 @@ const GROUND_IRRADIANCE = vec3<f32>(0.20, 0.18, 0.165);
 
 // Share of the key light that reaches a point, 0..1. Sixteen bilinear comparisons on a grid give
 // a penumbra without noise, so a moving body does not flicker.
-fn key_visibility(position_world_m: vec3<f32>, normal_world: vec3<f32>, spread_texels: f32) -> f32 {
+// The grid's step is given in metres, so that maps of different sizes give the same penumbra; it is
+// at least a texel.
+fn key_visibility(position_world_m: vec3<f32>, normal_world: vec3<f32>, step_m: f32) -> f32 {
+    let spread_m = max(step_m, frame.shadow_texel_m);
     // Pushing the point out along its normal keeps slanted faces from shading themselves.
     let slant = 1.0 - clamp(dot(normal_world, frame.key_world), 0.0, 1.0);
     let lifted_m = position_world_m
-        + normal_world * frame.shadow_texel_m * spread_texels * (0.7 + 1.6 * slant);
+        + normal_world * spread_m * (0.7 + 1.6 * slant);
     let clip = frame.shadow_from_world * vec4<f32>(lifted_m, 1.0);
     let center = clip.xy * vec2<f32>(0.5, -0.5) + 0.5;
     // The floor may lie beyond the fitted depth range: whatever the map holds is in front of it.
@@ -23,7 +26,7 @@ fn key_visibility(position_world_m: vec3<f32>, normal_world: vec3<f32>, spread_t
     if any(abs(clip.xy) > vec2<f32>(0.995)) {
         return 1.0;
     }
-    let step = frame.shadow_texel * spread_texels;
+    let step = frame.shadow_texel * spread_m / frame.shadow_texel_m;
     var lit = 0.0;
     for (var row = 0; row < 4; row++) {
         for (var column = 0; column < 4; column++) {
@@ -61,6 +64,15 @@ fn tone_mapped(radiance: vec3<f32>) -> vec3<f32> {
     return mix(radiance * (bent_peak / peak), vec3<f32>(bent_peak), whiteness);
 }
 
+// A number that looks random, from a pixel's place. Whole numbers: `sin` of large arguments differs
+// between graphics cards. The mixing steps are those of MurmurHash3's finaliser.
+fn scrambled(pixel: vec2<u32>) -> u32 {
+    var bits = pixel.x + (pixel.y << 16u);
+    bits = (bits ^ (bits >> 16u)) * 0x85ebca6bu;
+    bits = (bits ^ (bits >> 13u)) * 0xc2b2ae35u;
+    return bits ^ (bits >> 16u);
+}
+
 // Linear display colour to the bytes that the target stores as they are: IEC 61966-2-1 encoding,
 // and a dither of half a step against bands in the soft gradients.
 fn displayed(linear: vec3<f32>, pixel: vec2<f32>) -> vec4<f32> {
@@ -68,6 +80,6 @@ fn displayed(linear: vec3<f32>, pixel: vec2<f32>) -> vec4<f32> {
     let low = clamped * 12.92;
     let high = 1.055 * pow(clamped, vec3<f32>(1.0 / 2.4)) - 0.055;
     let encoded = select(high, low, clamped <= vec3<f32>(0.0031308));
-    let noise = fract(sin(dot(floor(pixel), vec2<f32>(12.71, 41.17))) * 9187.31) - 0.5;
+    let noise = f32(scrambled(vec2<u32>(pixel)) >> 8u) / 16777216.0 - 0.5;
     return vec4<f32>(encoded + noise / 255.0, 1.0);
 }

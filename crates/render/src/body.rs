@@ -41,7 +41,12 @@ pub(crate) struct Body {
     draw_group: wgpu::BindGroup,
     /// None where the vertex stage skins.
     skinned: Option<Skinned>,
+    /// As the host set them, before the placement.
     world_from_rest: [Mat4; JOINT_COUNT],
+    /// Where the host's world lies in the picture's.
+    placement: Mat4,
+    /// The matrices that are drawn with: placement times `world_from_rest`.
+    placed: [Mat4; JOINT_COUNT],
     parts: RestParts,
     /// Lengths of offset vectors, kept to spare an allocation per frame.
     sizes_scratch_m: Vec<f32>,
@@ -162,6 +167,8 @@ impl Body {
             draw_group,
             skinned,
             world_from_rest: [Mat4::IDENTITY; JOINT_COUNT],
+            placement: Mat4::IDENTITY,
+            placed: [Mat4::IDENTITY; JOINT_COUNT],
             parts: RestParts::new(mesh.dominant_joints()),
             sizes_scratch_m: vec![0.0; vertex_count],
             visible: true,
@@ -221,10 +228,28 @@ impl Body {
     ) -> Result<(), RenderError> {
         let columns: SkinUniform = world_from_rest.map(|matrix| matrix.to_cols_array());
         check::finite("skin matrices", columns.as_flattened())?;
-        queue.write_buffer(&self.matrices, 0, bytemuck::cast_slice(&columns));
         self.world_from_rest = *world_from_rest;
-        self.stale = true;
+        self.place(queue);
         Ok(())
+    }
+
+    /// Stands the body elsewhere: everything its pose says happens in `world_from_host` then.
+    pub fn set_placement(
+        &mut self,
+        queue: &wgpu::Queue,
+        world_from_host: Mat4,
+    ) -> Result<(), RenderError> {
+        check::finite("the placement", &world_from_host.to_cols_array())?;
+        self.placement = world_from_host;
+        self.place(queue);
+        Ok(())
+    }
+
+    fn place(&mut self, queue: &wgpu::Queue) {
+        self.placed = self.world_from_rest.map(|matrix| self.placement * matrix);
+        let columns: SkinUniform = self.placed.map(|matrix| matrix.to_cols_array());
+        queue.write_buffer(&self.matrices, 0, bytemuck::cast_slice(&columns));
+        self.stale = true;
     }
 
     /// Whether the next picture shows the body.
@@ -234,7 +259,7 @@ impl Body {
 
     /// Boxes around the body's parts in the world.
     pub fn world_parts(&self) -> impl Iterator<Item = WorldPart> + '_ {
-        self.parts.in_world(&self.world_from_rest)
+        self.parts.in_world(&self.placed)
     }
 
     /// Skins in a pass that has the frame bound, unless nothing changed.

@@ -18,10 +18,20 @@ pub enum SkinningPath {
 /// Why a device is gone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceLost {
-    /// Whether the renderer itself was dropped, which is no failure.
+    /// Whether the renderer itself was dropped, which is no failure. A device that the host destroys
+    /// is lost like any other.
     pub by_dropping: bool,
     /// What the system said.
     pub message: String,
+}
+
+impl DeviceLost {
+    fn dropped() -> Self {
+        Self {
+            by_dropping: true,
+            message: "the renderer was dropped".into(),
+        }
+    }
 }
 
 /// A device that draws, shared by all bodies of one renderer.
@@ -38,6 +48,8 @@ pub struct Gpu {
 struct Health {
     lost: Option<DeviceLost>,
     waiting: Vec<oneshot::Sender<DeviceLost>>,
+    /// Whether the renderer let go of its device by itself.
+    dropped: bool,
     /// The first error that no call has reported yet.
     error: Option<String>,
 }
@@ -153,12 +165,7 @@ impl Gpu {
             None => health.waiting.push(sender),
         }
         drop(health);
-        async move {
-            receiver.await.unwrap_or(DeviceLost {
-                by_dropping: true,
-                message: "the renderer was dropped".into(),
-            })
-        }
+        async move { receiver.await.unwrap_or_else(|_| DeviceLost::dropped()) }
     }
 
     /// The loss of the device, or the first error since the last call.
@@ -222,19 +229,37 @@ fn watch(device: &wgpu::Device) -> Arc<Mutex<Health>> {
         lock(&on_error).error.get_or_insert(error.to_string());
     }));
     let on_lost = Arc::clone(&health);
-    device.set_device_lost_callback(move |reason, message| {
-        let lost = DeviceLost {
-            by_dropping: reason == wgpu::DeviceLostReason::Destroyed,
-            message,
-        };
+    device.set_device_lost_callback(move |_reason, message| {
         let mut health = lock(&on_lost);
-        for waiting in health.waiting.drain(..) {
+        let lost = if health.dropped {
+            DeviceLost::dropped()
+        } else {
+            DeviceLost {
+                by_dropping: false,
+                message,
+            }
+        };
+        health.tell(lost);
+    });
+    health
+}
+
+impl Health {
+    fn tell(&mut self, lost: DeviceLost) {
+        for waiting in self.waiting.drain(..) {
             // Whoever stopped waiting does not care.
             let _ = waiting.send(lost.clone());
         }
-        health.lost = Some(lost);
-    });
-    health
+        self.lost.get_or_insert(lost);
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        let mut health = lock(&self.health);
+        health.dropped = true;
+        health.tell(DeviceLost::dropped());
+    }
 }
 
 /// A panic elsewhere leaves the record readable.

@@ -256,6 +256,26 @@ impl Renderer {
         body.set_skin_matrices(queue, world_from_rest)
     }
 
+    /// Stands a body elsewhere: `world_from_host` is applied after its skin matrices, so that several
+    /// bodies whose poses share one world can stand side by side. Turns and shifts keep the body's
+    /// proportions; the identity puts it back.
+    ///
+    /// # Errors
+    ///
+    /// Numbers that are not finite, [`RenderError::UnknownBody`].
+    pub fn set_body_placement(
+        &mut self,
+        id: BodyId,
+        world_from_host: Mat4,
+    ) -> Result<(), RenderError> {
+        let queue = &self.gpu.queue;
+        let body = self
+            .bodies
+            .get_mut(&id)
+            .ok_or(RenderError::UnknownBody { id: id.0 })?;
+        body.set_placement(queue, world_from_host)
+    }
+
     /// Shows or hides a body.
     ///
     /// # Errors

@@ -78,11 +78,14 @@ pub(crate) fn fit_shadow(parts: &[WorldPart], size_px: u32) -> ShadowView {
     }
 }
 
-/// Spheres (world centre, radius) in place of the parts that come near the floor.
+/// Spheres (world centre, radius) in place of the parts that come near the floor, the nearest first:
+/// where there are too many for all, each body keeps its feet.
 pub(crate) fn occluders(parts: &[WorldPart]) -> ([[f32; 4]; MAX_OCCLUDERS], u32) {
+    let near_floor = parts.iter().filter(|part| part.min_m.y < 1.0);
+    let mut near_floor: Vec<&WorldPart> = near_floor.collect();
+    near_floor.sort_by(|a, b| a.min_m.y.total_cmp(&b.min_m.y));
     let mut spheres = [[0.0; 4]; MAX_OCCLUDERS];
     let mut count = 0;
-    let near_floor = parts.iter().filter(|part| part.min_m.y < 1.0);
     for (slot, part) in spheres.iter_mut().zip(near_floor) {
         *slot = part.sphere_m().to_array();
         count += 1;
@@ -152,6 +155,25 @@ mod tests {
             (moved_texels - moved_texels.round()).truncate().length() < 0.02,
             "{moved_texels}"
         );
+    }
+
+    #[test]
+    fn the_feet_of_every_body_darken_the_floor() {
+        let body = |x: f32| {
+            (0..24).map(move |k| {
+                let low = Vec3::new(x, 0.04 * k as f32, 0.0);
+                part(low, low + 0.1)
+            })
+        };
+        let parts: Vec<WorldPart> = (0..4).flat_map(|index| body(index as f32)).collect();
+        let (spheres, count) = occluders(&parts);
+        assert_eq!(count as usize, MAX_OCCLUDERS);
+        for index in 0..4 {
+            let of_body = spheres
+                .iter()
+                .filter(|s| (s[0] - 0.05 - index as f32).abs() < 0.01);
+            assert_eq!(of_body.count(), 12, "body {index}");
+        }
     }
 
     #[test]

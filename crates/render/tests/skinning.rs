@@ -171,10 +171,20 @@ fn a_lost_device_is_reported() {
         .gpu()
         .device()
         .poll(dynaskin_render::wgpu::PollType::Poll);
-    assert!(pollster::block_on(lost).by_dropping);
+    assert!(!pollster::block_on(lost).by_dropping);
     let refused = renderer.render();
     assert!(
         matches!(refused, Err(RenderError::DeviceLost { .. })),
         "{refused:?}"
     );
+}
+
+#[test]
+fn dropping_the_renderer_is_no_loss() {
+    let Some(renderer) = renderer("dropping_the_renderer_is_no_loss", SkinningPath::Compute) else {
+        return;
+    };
+    let lost = renderer.device_lost();
+    drop(renderer);
+    assert!(pollster::block_on(lost).by_dropping);
 }

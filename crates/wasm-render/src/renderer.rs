@@ -5,10 +5,10 @@ use dynaskin_render::{
     heat_ramp_srgb,
 };
 use glam::{Mat4, Vec3};
-use js_sys::{Array, Float32Array, Promise};
+use js_sys::{Float32Array, Promise};
 use wasm_bindgen::prelude::*;
-use wasm_bindgen_futures::{JsFuture, future_to_promise};
-use web_sys::{AddEventListenerOptions, HtmlCanvasElement};
+use wasm_bindgen_futures::future_to_promise;
+use web_sys::HtmlCanvasElement;
 
 use crate::{
     backend::{self, Backend},
@@ -56,27 +56,17 @@ impl Renderer {
         self.inner.gpu().info().name
     }
 
-    /// Settles when the graphics device is lost: with the reason, or with null where the page
-    /// itself freed the renderer.
+    /// Settles when the graphics device is lost: with the reason, or with null where the renderer was
+    /// freed. A WebGL2 context that the browser takes away is no matter of the device: the canvas
+    /// tells that by `webglcontextlost`.
     pub fn lost(&self) -> Promise {
         let device_lost = self.inner.device_lost();
-        let device = future_to_promise(async move {
+        future_to_promise(async move {
             let lost = device_lost.await;
             Ok(if lost.by_dropping {
                 JsValue::NULL
             } else {
                 lost.message.into()
-            })
-        });
-        let context = context_lost(&self.canvas);
-        let first = Promise::race(&Array::of2(&device, &context));
-        future_to_promise(async move {
-            let reason = JsFuture::from(first).await?;
-            // The context's promise settles with the event.
-            Ok(if reason.is_object() {
-                "the browser took the WebGL2 context away".into()
-            } else {
-                reason
             })
         })
     }
@@ -142,6 +132,16 @@ impl Renderer {
         let matrices = columns.map(|columns| Mat4::from_cols_array(&columns));
         self.inner
             .set_skin_matrices(BodyId::from_index(id), &matrices)
+            .map_err(from_render)
+    }
+
+    /// Stands a body elsewhere: a column-major 4-by-4 matrix, applied after the skin matrices.
+    pub fn set_body_placement(&mut self, id: u32, world_from_host: &[f32]) -> Result<(), JsValue> {
+        let columns: &[f32; 16] = world_from_host
+            .try_into()
+            .map_err(|_| wrong_length("the placement", 16, world_from_host.len()))?;
+        self.inner
+            .set_body_placement(BodyId::from_index(id), Mat4::from_cols_array(columns))
             .map_err(from_render)
     }
 
@@ -216,20 +216,6 @@ impl Renderer {
             Ok(Float32Array::from(positions_m.as_slice()).into())
         }))
     }
-}
-
-/// A promise of the canvas's next `webglcontextlost` event; wgpu does not listen to it.
-fn context_lost(canvas: &HtmlCanvasElement) -> Promise {
-    Promise::new(&mut |resolve, _reject| {
-        let once = AddEventListenerOptions::new();
-        once.set_once(true);
-        // Refused only where the page replaced `addEventListener`: the promise then stays open.
-        let _ = canvas.add_event_listener_with_callback_and_add_event_listener_options(
-            "webglcontextlost",
-            &resolve,
-            &once,
-        );
-    })
 }
 
 fn three(what: &str, values: &[f32]) -> Result<[f32; 3], JsValue> {

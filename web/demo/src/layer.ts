@@ -6,6 +6,7 @@ import {
   createRenderer,
   type Renderer,
 } from "dynaskin/renderer";
+import { showLoss } from "./loss.js";
 
 /** Largest ratio of canvas pixels to page pixels; phones have up to 4, at four times the cost. */
 const MAX_PIXEL_RATIO = 2;
@@ -21,6 +22,8 @@ const darkScheme = matchMedia("(prefers-color-scheme: dark)");
 export class Layer {
   readonly renderer: Renderer;
   readonly canvas: HTMLCanvasElement;
+  /** Called when the picture is empty after a loss and has to be drawn again. */
+  onRecovered: () => void = () => {};
   #body: BodyHandle | null = null;
 
   private constructor(canvas: HTMLCanvasElement, renderer: Renderer) {
@@ -30,7 +33,27 @@ export class Layer {
     darkScheme.addEventListener("change", paint);
     paint();
     new ResizeObserver(() => this.#resize()).observe(canvas);
+    this.#watchPixelRatio();
     this.#resize();
+    void this.#watchLoss();
+  }
+
+  /** A window dragged to another screen or zoomed keeps its size in CSS pixels. */
+  #watchPixelRatio(): void {
+    const now = matchMedia(`(resolution: ${devicePixelRatio}dppx)`);
+    const changed = () => {
+      this.#resize();
+      this.#watchPixelRatio();
+    };
+    now.addEventListener("change", changed, { once: true });
+  }
+
+  /** Brings the picture back whenever the graphics card is lost. */
+  async #watchLoss(): Promise<void> {
+    while ((await this.renderer.lost) !== null) {
+      if (!(await showLoss(() => this.renderer.recover()))) return;
+      this.onRecovered();
+    }
   }
 
   /** Starts drawing on a canvas. */

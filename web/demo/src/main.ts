@@ -16,10 +16,6 @@ async function start(): Promise<void> {
   const app = new App(settings, view, loading);
   acceptFiles((file) => void app.openFile(file));
   installHook(app, view);
-  view.renderer.lost.then((reason) => {
-    if (reason !== null)
-      showError("The graphics card was lost; reload the page", new Error(reason));
-  });
   await app.openModel();
 }
 

@@ -48,6 +48,7 @@ export class View {
     this.#main = main;
     this.#backend = backend;
     this.camera = new OrbitCamera(main.canvas);
+    main.onRecovered = () => this.#forgetPicture();
   }
 
   /** Starts drawing on the page's canvas. */
@@ -83,6 +84,7 @@ export class View {
     const layer = await this.#opening;
     if (this.#left) return;
     this.#left = layer;
+    layer.onRecovered = () => this.#forgetPicture();
     layer.renderer.setHeatMap(this.#heatRangeMm);
     if (this.#shown) layer.setBody(this.#shown);
     this.setLeftShare(this.#leftShare);
@@ -129,6 +131,11 @@ export class View {
     // A tenth of a millimetre and of a milliradian is nothing to see.
     const view = [...camera.eyeWorldM, ...camera.targetWorldM].map((value) => value.toFixed(4));
     return [...view, clientWidth, clientHeight, devicePixelRatio, scheme].join(" ");
+  }
+
+  /** The next round draws, even where nothing moves. */
+  #forgetPicture(): void {
+    this.#drawn = "";
   }
 
   /** Draws. */

@@ -82,11 +82,42 @@ export async function createRenderer(
   options: RendererOptions = {},
 ): Promise<Renderer> {
   await startGlue(options);
+  const backend = options.backend ?? "auto";
+  return new Renderer(canvas, await createRaw(canvas, backend));
+}
+
+async function createRaw(
+  canvas: HTMLCanvasElement,
+  backend: Backend | "auto",
+): Promise<glue.Renderer> {
   try {
-    return new Renderer(await glue.Renderer.create(canvas, options.backend ?? "auto"));
+    return await glue.Renderer.create(canvas, backend);
   } catch (error) {
     throw toDynaSkinError(error);
   }
+}
+
+/** How long a browser may take to give a WebGL2 context back. */
+const RESTORE_LIMIT_MS = 10_000;
+
+/** Settles when the browser has given the canvas its WebGL2 context back, if it took it. */
+function contextRestored(canvas: HTMLCanvasElement): Promise<void> {
+  if (!canvas.getContext("webgl2")?.isContextLost()) return Promise.resolve();
+  return new Promise((resolve, reject) => {
+    const done = new AbortController();
+    const late = () => {
+      done.abort();
+      const message = "The browser took the WebGL2 context away and has not given it back.";
+      reject(new DynaSkinError("lost", message));
+    };
+    const timer = setTimeout(late, RESTORE_LIMIT_MS);
+    const restored = () => {
+      clearTimeout(timer);
+      done.abort();
+      resolve();
+    };
+    canvas.addEventListener("webglcontextrestored", restored, { signal: done.signal });
+  });
 }
 
 /**
@@ -102,122 +133,283 @@ export function heatRamp(): [number, number, number][] {
   ]);
 }
 
+/** Where a body stands in the picture. */
+export interface Placement {
+  /** Shift in metres, in the world; nothing by default. */
+  readonly positionM?: readonly [number, number, number];
+  /** Turn about the vertical axis through the world's origin before the shift, radians; 0 by default. */
+  readonly turnRadians?: number;
+}
+
+/** Column-major matrix of a placement: a turn about +Y, then a shift. */
+function placementMatrix({ positionM = [0, 0, 0], turnRadians = 0 }: Placement): Float32Array {
+  const [x, y, z] = positionM;
+  const cos = Math.cos(turnRadians);
+  const sin = Math.sin(turnRadians);
+  return Float32Array.of(cos, 0, -sin, 0, 0, 1, 0, 0, sin, 0, cos, 0, x, y, z, 1);
+}
+
 /** Draws avatars to one canvas. */
 export class Renderer {
   /** The graphics interface in use. */
   readonly backend: Backend;
-  /** The graphics card as the browser names it. */
+  /** The graphics card as the browser names it; may be empty. */
   readonly adapter: string;
-  /**
-   * Resolves when the graphics card is lost: with the reason (make a new renderer then), or with
-   * null after {@link dispose}.
-   */
-  readonly lost: Promise<string | null>;
-  #raw: glue.Renderer | null;
+  readonly #canvas: HTMLCanvasElement;
+  /** Null while nothing can be drawn: after a loss or {@link dispose}. */
+  #raw: glue.Renderer | null = null;
+  #lost: Promise<string | null> = Promise.resolve(null);
+  /** Ends the listeners of the present device. */
+  #watch = new AbortController();
+  #recovering: Promise<void> | null = null;
+  #isDisposed = false;
+  readonly #bodies = new Set<BodyHandle>();
+  // What a renderer that comes back has to be told again.
+  #camera: Camera | null = null;
+  #background: Background | null = null;
+  #heatRangeMm: number | null = null;
+  #size: readonly [widthPx: number, heightPx: number, pixelRatio: number] | null = null;
 
   /** @internal */
-  constructor(raw: glue.Renderer) {
-    this.#raw = raw;
+  constructor(canvas: HTMLCanvasElement, raw: glue.Renderer) {
+    this.#canvas = canvas;
     this.backend = raw.backend as Backend;
     this.adapter = raw.adapter;
-    this.lost = raw.lost() as Promise<string | null>;
+    this.#begin(raw);
   }
 
-  /** @internal */
-  get raw(): glue.Renderer {
-    if (this.#raw) return this.#raw;
-    throw new DynaSkinError("disposed", "This renderer was used after dispose().");
+  /** @internal The renderer in WebAssembly; null while the graphics card is lost. */
+  get raw(): glue.Renderer | null {
+    if (this.#isDisposed) {
+      throw new DynaSkinError("disposed", "This renderer was used after dispose().");
+    }
+    return this.#raw;
+  }
+
+  /**
+   * Resolves when the graphics card is lost: with the reason (call {@link recover} then), or with
+   * null after {@link dispose}. After a recovery it is a new promise.
+   */
+  get lost(): Promise<string | null> {
+    return this.#lost;
+  }
+
+  /**
+   * Whether the graphics card is lost and not yet recovered. Calls are then remembered, and nothing
+   * is drawn.
+   */
+  get isLost(): boolean {
+    return this.raw === null;
+  }
+
+  #begin(raw: glue.Renderer): void {
+    const watch = new AbortController();
+    const context = new Promise<string>((resolve) => {
+      const taken = (event: Event) => {
+        // Only then does the browser give it back.
+        event.preventDefault();
+        resolve("the browser took the WebGL2 context away");
+      };
+      this.#canvas.addEventListener("webglcontextlost", taken, { signal: watch.signal });
+    });
+    const device = raw.lost() as Promise<string | null>;
+    this.#raw = raw;
+    this.#watch = watch;
+    this.#lost = Promise.race([device, context]).then((reason) => {
+      if (this.#isDisposed || reason === null) return null;
+      // Now, because what it made is none of the context's that comes back.
+      this.#end();
+      return reason;
+    });
+  }
+
+  /** Lets go of everything on the graphics card. */
+  #end(): void {
+    const raw = this.#raw;
+    this.#raw = null;
+    this.#watch.abort();
+    raw?.free();
+  }
+
+  /**
+   * Draws again on the same canvas after the graphics card was lost. Bodies, camera, backdrop, heat map
+   * and size are as before; with WebGL2 it waits until the browser gives the context back.
+   *
+   * @throws DynaSkinError `lost` where the context does not come back within ten seconds,
+   *   otherwise as {@link createRenderer}; it may be called again then
+   */
+  recover(): Promise<void> {
+    this.#recovering ??= this.#recover().finally(() => {
+      this.#recovering = null;
+    });
+    return this.#recovering;
+  }
+
+  async #recover(): Promise<void> {
+    if (!this.isLost) return;
+    if (this.backend === "webgl2") await contextRestored(this.#canvas);
+    const raw = await createRaw(this.#canvas, this.backend);
+    if (this.#isDisposed) {
+      raw.free();
+      return;
+    }
+    this.#begin(raw);
+    if (this.#size) this.resize(...this.#size);
+    if (this.#camera) this.setCamera(this.#camera);
+    if (this.#background) this.setBackground(this.#background);
+    this.setHeatMap(this.#heatRangeMm);
+    for (const body of this.#bodies) body.restore();
   }
 
   /** Adds a body; it appears with the first {@link BodyHandle.update}. */
   addBody(body: Body): BodyHandle {
-    const { faces, skinJoints, skinWeights, colors } = body;
-    const id = guard(() => this.raw.add_body(faces, skinJoints, skinWeights, colors));
-    return new BodyHandle(this, id);
+    const handle = new BodyHandle(this, body, (gone) => this.#bodies.delete(gone));
+    this.#bodies.add(handle);
+    return handle;
   }
 
   /** Moves the camera. */
-  setCamera({ eyeWorldM, targetWorldM, fovYRadians }: Camera): void {
+  setCamera(camera: Camera): void {
+    const { eyeWorldM, targetWorldM, fovYRadians } = camera;
+    const { raw } = this;
     guard(() =>
-      this.raw.set_camera(
-        Float32Array.from(eyeWorldM),
-        Float32Array.from(targetWorldM),
-        fovYRadians,
-      ),
+      raw?.set_camera(Float32Array.from(eyeWorldM), Float32Array.from(targetWorldM), fovYRadians),
     );
+    this.#camera = camera;
   }
 
   /** Paints the backdrop. */
-  setBackground({ center, edge }: Background): void {
-    guard(() => this.raw.set_background(Float32Array.from(center), Float32Array.from(edge)));
+  setBackground(background: Background): void {
+    const { center, edge } = background;
+    const { raw } = this;
+    guard(() => raw?.set_background(Float32Array.from(center), Float32Array.from(edge)));
+    this.#background = background;
   }
 
   /** Colours bodies by the size of their offsets, 0 to `rangeMm` millimetres; null: as painted. */
   setHeatMap(rangeMm: number | null): void {
-    guard(() => this.raw.set_heat_map(rangeMm ?? undefined));
+    const { raw } = this;
+    guard(() => raw?.set_heat_map(rangeMm ?? undefined));
+    this.#heatRangeMm = rangeMm;
   }
 
   /** Sets the size of canvas and picture: CSS pixels times `pixelRatio`. */
   resize(widthPx: number, heightPx: number, pixelRatio = 1): void {
-    guard(() => this.raw.resize(widthPx, heightPx, pixelRatio));
+    const { raw } = this;
+    guard(() => raw?.resize(widthPx, heightPx, pixelRatio));
+    this.#size = [widthPx, heightPx, pixelRatio];
   }
 
   /**
-   * Draws one picture. Returns whether it was drawn: a hidden page draws none, which is no error.
-   *
-   * @throws DynaSkinError when the graphics card was lost
+   * Draws one picture. Returns whether it was drawn: a hidden page and a lost graphics card draw
+   * none, which is no error.
    */
   render(): boolean {
-    return guard(() => this.raw.render());
+    const { raw } = this;
+    try {
+      return raw?.render() ?? false;
+    } catch (error) {
+      const ours = toDynaSkinError(error);
+      // The promise `lost` tells it a moment later.
+      if (ours.code === "lost") return false;
+      throw ours;
+    }
   }
 
   /** Frees everything on the graphics card. May be called again. */
   dispose(): void {
-    const raw = this.#raw;
-    this.#raw = null;
-    raw?.free();
+    this.#isDisposed = true;
+    this.#bodies.clear();
+    this.#end();
   }
 }
 
 /** One body of a renderer. */
 export class BodyHandle {
   readonly #renderer: Renderer;
-  readonly #id: number;
+  readonly #body: Body;
+  readonly #forget: (gone: BodyHandle) => void;
+  /** Its number in the present renderer; null where there is none. */
+  #id: number | null = null;
+  #surface: Surface | null = null;
+  #placement: Placement = {};
+  #isVisible = true;
+  #isRemoved = false;
 
   /** @internal */
-  constructor(renderer: Renderer, id: number) {
+  constructor(renderer: Renderer, body: Body, forget: (gone: BodyHandle) => void) {
     this.#renderer = renderer;
-    this.#id = id;
+    this.#body = body;
+    this.#forget = forget;
+    this.restore();
+  }
+
+  /** @internal Adds it to a renderer that is new or has come back. */
+  restore(): void {
+    this.#id = null;
+    const { raw } = this.#renderer;
+    if (!raw) return;
+    const { faces, skinJoints, skinWeights, colors } = this.#body;
+    this.#id = guard(() => raw.add_body(faces, skinJoints, skinWeights, colors));
+    this.setPlacement(this.#placement);
+    this.setVisible(this.#isVisible);
+    if (this.#surface) this.update(this.#surface);
+  }
+
+  /** Calls the renderer, unless the graphics card is lost. */
+  #call(call: (raw: glue.Renderer, id: number) => void): void {
+    if (this.#isRemoved) {
+      throw new DynaSkinError("disposed", "This body was used after remove().");
+    }
+    const { raw } = this.#renderer;
+    const id = this.#id;
+    if (raw && id !== null) guard(() => call(raw, id));
   }
 
   /** Takes over an avatar's present surface and pose, or another of the same body. */
   update(surface: Surface): void {
-    const { raw } = this.#renderer;
-    guard(() => {
-      raw.set_surface(this.#id, surface.positions, surface.normals, surface.offsets);
-      raw.set_skin_matrices(this.#id, surface.skinMatrices);
+    this.#call((raw, id) => {
+      raw.set_surface(id, surface.positions, surface.normals, surface.offsets);
+      raw.set_skin_matrices(id, surface.skinMatrices);
     });
+    this.#surface = surface;
+  }
+
+  /** Stands it elsewhere than its pose says, such as beside another of the same motion. */
+  setPlacement(placement: Placement): void {
+    this.#call((raw, id) => raw.set_body_placement(id, placementMatrix(placement)));
+    this.#placement = placement;
   }
 
   /** Shows or hides it. */
   setVisible(visible: boolean): void {
-    guard(() => this.#renderer.raw.set_body_visible(this.#id, visible));
+    this.#call((raw, id) => raw.set_body_visible(id, visible));
+    this.#isVisible = visible;
   }
 
   /**
    * Reads back the positions that the graphics card skinned: `[vertex][x, y, z]` flattened, metres,
    * in the world. Only with WebGPU.
+   *
+   * @throws DynaSkinError `lost` while the graphics card is lost
    */
   async readSkinnedPositions(): Promise<Float32Array> {
+    const { raw } = this.#renderer;
+    if (!raw || this.#id === null) {
+      throw new DynaSkinError("lost", "The graphics card is lost; call recover() first.");
+    }
     try {
-      return await this.#renderer.raw.read_skinned_positions(this.#id);
+      return await raw.read_skinned_positions(this.#id);
     } catch (error) {
       throw toDynaSkinError(error);
     }
   }
 
-  /** Takes it off the picture and frees its buffers. */
+  /** Takes it off the picture and frees its buffers. May be called again. */
   remove(): void {
-    guard(() => this.#renderer.raw.remove_body(this.#id));
+    if (this.#isRemoved) return;
+    this.#call((raw, id) => raw.remove_body(id));
+    this.#isRemoved = true;
+    this.#forget(this);
   }
 }
