@@ -65,7 +65,7 @@ pub struct Run<'a> {
     pub vary_materials: bool,
     /// Number of training shapes to draw from, at most [`TRAINING_SHAPES`]'s.
     pub shapes: usize,
-    /// Whether every third motion also comes on one of [`DRAWN_SHAPES`] further training shapes.
+    /// Whether every second motion also comes on one of [`DRAWN_SHAPES`] further training shapes.
     pub further_shapes: bool,
 }
 
@@ -164,7 +164,7 @@ impl Run<'_> {
     /// The clips to make of these motions, longest first so that threads end together.
     ///
     /// Each motion and, if wanted, its mirror image is simulated on one training shape drawn by name
-    /// and seed; every fourth also on a held-out one, and every third on a further training shape if
+    /// and seed; every fourth also on a held-out one, and every second on a further training shape if
     /// these are wanted. Motions made by formula, which are few and
     /// mostly symmetric, come on three shapes instead of mirrored.
     ///

@@ -64,7 +64,7 @@ fn write_training(card: &mut String, facts: &TrainingFacts) {
 fn write_results(card: &mut String, report: &Report) {
     let _ = write!(
         card,
-        "## Held-out results\n\nThe {}.\n\n\
+        "## Held-out results\n\nErrors {}.\n\n\
          | set | region | clips | frames | static (mm) | error (mm) | floor (mm) | error / static |\n\
          |---|---|--:|--:|--:|--:|--:|--:|\n",
         report.metric

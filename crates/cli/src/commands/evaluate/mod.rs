@@ -3,6 +3,8 @@
 mod bundles;
 mod cost;
 mod dynamics;
+mod groups;
+mod motions;
 mod page;
 mod pictures;
 mod places;

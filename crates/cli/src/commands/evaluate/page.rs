@@ -10,7 +10,7 @@ use dynaskin_train::{DataSet, Set, motion_features};
 use super::bundles::Found;
 use super::cost::{self, Cost};
 use super::tables::Csv;
-use super::{dynamics, places, shapes, simulated, subspaces};
+use super::{dynamics, motions, places, shapes, simulated, subspaces};
 use crate::commands::train::clip_bar;
 
 /// Most frames that a method is timed on.
@@ -93,6 +93,7 @@ pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyho
     summary_section(&mut report, &methods, &comparison);
     cost_section(&mut report, path, &methods, &costs)?;
     split_sections(&mut report, path, &methods, &comparison)?;
+    motions::motions_section(&mut report, path, subject, &methods, &comparison)?;
     shapes::shapes_section(&mut report, path, subject, &methods, &comparison)?;
     simulated::picture_section(&mut report, subject, &mut methods, &comparison)?;
     dynamics::curve_section(&mut report, path, subject, &mut methods, &comparison)?;

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use dynaskin_report::{Report, Table};
+use dynaskin_report::Report;
 use dynaskin_train::study::{ClipErrors, Comparison};
 use dynaskin_train::{DataSet, Set, Tissue};
 
+use super::groups::{Group, groups_table};
 use super::page::{Methods, Subject};
-use super::tables::Csv;
 
 /// Errors of each held-out shape by itself: between the shapes learned from, or beyond them.
 pub fn shapes_section(
@@ -35,45 +35,20 @@ pub fn shapes_section(
          over the soft vertices in millimetres (error over static).",
     );
     let range = training_range(subject.data_set)?;
-    let mut table = Table::new(["shape", "where", "clips"]);
-    table.head.extend(methods.labels().map(str::to_owned));
-    let mut csv = Csv::new(&[
-        "shape",
-        "where",
-        "method",
-        "frames",
-        "soft_mm",
-        "over_static",
-    ]);
+    let mut groups = Vec::new();
     for (shape, clips) in shapes {
         let beta = subject
             .data_set
             .read(&subject.data_set.clips[clips[0].index])?;
-        let within = beta.shape.iter().zip(&range);
-        let within = within
-            .clone()
-            .all(|(b, (least, most))| least <= b && b <= most);
+        let mut within = beta.shape.iter().zip(&range);
+        let within = within.all(|(b, (least, most))| least <= b && b <= most);
         let place = if within { "between" } else { "beyond" };
-        let frames: usize = clips.iter().map(|clip| clip.frames).sum();
-        let mean = |method: usize| {
-            let sums = clips.iter().map(|c| c.frames as f64 * c.soft_mm[method]);
-            sums.sum::<f64>() / frames.max(1) as f64
-        };
-        let cells = (0..methods.names.len()).map(|method| match method {
-            0 => format!("{:.2}", mean(0)),
-            _ => format!("{:.2} ({:.2})", mean(method), mean(method) / mean(0)),
+        groups.push(Group {
+            head: vec![shape.to_owned(), place.to_owned()],
+            clips,
         });
-        let head = [shape.to_owned(), place.to_owned(), clips.len().to_string()];
-        table.row(head.into_iter().chain(cells).collect());
-        for (method, name) in methods.names.iter().enumerate() {
-            csv.row(
-                &[shape, place, name],
-                &[frames as f64, mean(method), mean(method) / mean(0)],
-            );
-        }
     }
-    report.table(&table);
-    csv.write(path, "shapes")
+    groups_table(report, methods, &["shape", "where"], &groups).write(path, "shapes")
 }
 
 /// The least and the greatest of each shape coefficient in the training set.

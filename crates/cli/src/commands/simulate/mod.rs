@@ -63,8 +63,8 @@ pub struct SimulateArgs {
     /// around the usual ones.
     #[arg(long)]
     vary_materials: bool,
-    /// Simulate every third motion also on one of 64 further shapes, drawn between the training
-    /// shapes
+    /// Simulate every second motion also on one of 256 further shapes, drawn over 1.35 times the
+    /// range of the training shapes
     #[arg(long)]
     further_shapes: bool,
     /// A whole data set: `full` takes the captures and the motions made by formula, mirror images,

@@ -84,6 +84,9 @@ pub struct TrainArgs {
     /// AdamW's weight decay.
     #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
     weight_decay: f32,
+    /// How loud the shape coefficients are beside the thickness of the tissue.
+    #[arg(long, default_value_t = TrainConfig::default().shape_loudness)]
+    shape_loudness: f32,
     /// The body is in another folder already: do not write it.
     #[arg(long)]
     without_body: bool,
@@ -156,6 +159,7 @@ impl TrainArgs {
                 .learning_rate
                 .unwrap_or(TrainConfig::default().learning_rate),
             weight_decay: self.weight_decay,
+            shape_loudness: self.shape_loudness,
             local: !self.global,
             mirror: !self.no_mirror,
             ..TrainConfig::default()

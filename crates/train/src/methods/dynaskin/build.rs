@@ -4,8 +4,9 @@
 //! fits these few and fails on others. What a region's swing depends on is the depth of its tissue
 //! (`f = sqrt(G / rho) / (4 h)`): few numbers, over which few shapes are spread well. So each block
 //! hears the logarithm of the mean thickness of two parts of its own region, the thicker half (of the
-//! chest: the breasts) and the thinner, and its own materials. β itself is heard, too, but faintly, and
-//! no further than it was learned from: beyond that only the thickness tells.
+//! chest: the breasts) and the thinner, and its own materials. β itself is heard, too, but
+//! no further than it was learned from: beyond that only the thickness tells. How loud it is beside
+//! the rest is a setting: the more shapes were learned from, the more it can be trusted.
 
 use dynaskin_body::{BodyModel, LEAST_THICKNESS_M, REGION_COUNT, SHAPE_COUNT};
 use dynaskin_runtime::features::MATERIAL_COUNT;
@@ -16,9 +17,6 @@ const SMALLEST_DEVIATION: f32 = 0.1;
 
 /// Parts of a region whose thickness is told.
 const PARTS: usize = 2;
-
-/// How loud β is, beside numbers of deviation 1.
-const SHAPE_LOUDNESS: f32 = 0.3;
 
 /// Turns the features of a body (materials, then β) into what the predictor hears: the materials
 /// (binary logarithms), β within the range learned from, then for each region and part the natural logarithm of its mean thickness
@@ -87,8 +85,8 @@ impl Build {
     }
 
     /// Sets range and scale by the bodies learned from, each `[materials, β]`, so that numbers come
-    /// out with deviations of 1 about 0.
-    pub fn fit<'a>(&mut self, bodies: impl Iterator<Item = &'a [f32]>) {
+    /// out with deviations of 1 about 0, those of β with `shape_loudness`.
+    pub fn fit<'a>(&mut self, bodies: impl Iterator<Item = &'a [f32]>, shape_loudness: f32) {
         self.scale.fill(1.0);
         self.shape_range = [(f32::MAX, f32::MIN); SHAPE_COUNT];
         let mut squares = vec![0.0; self.count()];
@@ -108,7 +106,7 @@ impl Build {
             .map(|square| 1.0 / deviation(square).max(SMALLEST_DEVIATION))
             .collect();
         for scale in &mut self.scale[MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT] {
-            *scale *= SHAPE_LOUDNESS;
+            *scale *= shape_loudness;
         }
     }
 
@@ -230,7 +228,7 @@ mod tests {
         let bodies: Vec<Vec<f32>> = [-2.0f32, 2.0]
             .map(|number| vec![number; MATERIAL_COUNT + SHAPE_COUNT])
             .into();
-        build.fit(bodies.iter().map(Vec::as_slice));
+        build.fit(bodies.iter().map(Vec::as_slice), 0.5);
         assert!(
             build.of(&bodies[1])[..MATERIAL_COUNT]
                 .iter()

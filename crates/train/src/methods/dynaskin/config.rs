@@ -31,7 +31,9 @@ pub struct TrainConfig {
     pub weight_decay: f32,
     /// Largest norm of a parameter's gradient.
     pub clip_norm: f32,
-    /// Whether each block of the body hears its own joints only.
+    /// How loud the shape coefficients are, beside numbers about the body of deviation 1.
+    pub shape_loudness: f32,
+    /// Whether each block of the body has springs and cells of its own, which hear its joints only.
     pub local: bool,
     /// Whether the mirror image of every training clip is learned from as well.
     pub mirror: bool,
@@ -41,17 +43,18 @@ impl Default for TrainConfig {
     fn default() -> Self {
         Self {
             seed: 1,
-            epochs: 60,
+            epochs: 40,
             encoding: 128,
             springs: 160,
-            hidden: 80,
+            hidden: 112,
             components: 224,
             pca_frames: 4000,
             window: 80,
             lanes: 32,
             learning_rate: 3e-3,
-            weight_decay: 1e-2,
+            weight_decay: 0.1,
             clip_norm: 1.0,
+            shape_loudness: 1.0,
             local: true,
             mirror: true,
         }
@@ -64,7 +67,7 @@ impl TrainConfig {
         format!(
             "Decoder: {components} principal components about zero, each of one block of the body. Predictor: dense {encoding} with \
              tanh; {springs} damped springs whose stiffness and damping depend on shape and \
-             material{local}; LSTM {hidden} over all of them; dense to {components}. No bias between motion and \
+             material{local}; LSTM {hidden}{cells}; dense to {components}. No bias between motion and \
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
              lanes{mirrored}; loss: mean over the blocks of the root mean square offset error in \
@@ -80,6 +83,11 @@ impl TrainConfig {
             lanes = self.lanes,
             local = if self.local {
                 ", each driven by the joints of one block and read out for it"
+            } else {
+                ""
+            },
+            cells = if self.local {
+                " whose cells hear one block and its neighbours"
             } else {
                 ""
             },
@@ -119,6 +127,7 @@ impl TrainConfig {
             ("learning_rate", self.learning_rate, f64::MIN_POSITIVE, 1.0),
             ("weight_decay", f64::from(self.weight_decay), 0.0, 10.0),
             ("clip_norm", f64::from(self.clip_norm), 1e-6, 1e6),
+            ("shape_loudness", f64::from(self.shape_loudness), 0.0, 100.0),
         ];
         for (setting, got, least, most) in numbers {
             if !(least..=most).contains(&got) {

@@ -257,7 +257,7 @@ impl Folded {
         poles_bias[sizes.springs..]
             .iter_mut()
             .for_each(|w| *w = -*w);
-        let mut from_input = flat(predictor.from_code.val());
+        let mut from_input = flat(predictor.local_from_code());
         for row in
             scaled_rows(&predictor.local_from_condition(), condition_scale).chunks_exact(3 * hidden)
         {
@@ -265,7 +265,7 @@ impl Folded {
             from_input.extend(std::iter::repeat_n(0.0, hidden));
         }
         let mut from_hidden = Vec::with_capacity(4 * hidden * hidden);
-        for row in flat(predictor.from_hidden.val()).chunks_exact(3 * hidden) {
+        for row in flat(predictor.local_from_hidden()).chunks_exact(3 * hidden) {
             from_hidden.extend_from_slice(row);
             from_hidden.extend(std::iter::repeat_n(0.0, hidden));
         }
@@ -283,7 +283,7 @@ impl Folded {
             poles,
             poles_bias,
             mode_scale: scaled_rows(&predictor.local_mode_scale(), condition_scale),
-            code: flat(predictor.code.val()),
+            code: flat(predictor.local_code()),
             from_input,
             bias,
             from_hidden,

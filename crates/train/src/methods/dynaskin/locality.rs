@@ -3,11 +3,12 @@
 //! Tissue feels the motion of the bone that carries it, so the springs of a block are driven by the
 //! features of its own joints only, and only they are read out for it. A predictor whose springs
 //! may listen to every joint learns chance correlations of its training motions (the hands of a
-//! boxer and her calves) that do not hold for others. What acts across blocks (a thigh that pulls at
-//! the buttock, an arm against the chest) goes through the LSTM, which hears and serves all.
+//! boxer and her calves) that do not hold for others. The cells of the LSTM belong to blocks as well.
+//! What acts across blocks (a thigh that pulls at the buttock, an arm against the chest) is heard by
+//! them: cells hear the springs of their own block and of its neighbours.
 
-use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT};
-use dynaskin_runtime::features::{INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS};
+use dynaskin_body::{BodyModel, JOINT_COUNT, Joint};
+use dynaskin_runtime::features::{INERTIAL_JOINTS, ROTATION_JOINTS};
 
 use super::blocks::BlockBasis;
 use super::build::Build;
@@ -24,8 +25,8 @@ pub struct Locality {
     pub felt: Vec<Vec<bool>>,
     /// For each block, which of the numbers about the body it hears.
     pub heard: Vec<Vec<bool>>,
-    /// Which of the numbers about the body the LSTM's gates hear.
-    pub gates: Vec<bool>,
+    /// For each block, which blocks its cells hear: itself and its neighbours.
+    pub near: Vec<Vec<bool>>,
     /// For each block, its number of latents.
     pub latents: Vec<usize>,
 }
@@ -36,14 +37,15 @@ impl Locality {
         Self {
             felt: vec![vec![true; motion]],
             heard: vec![vec![true; conditions]],
-            gates: vec![true; conditions],
+            near: vec![vec![true]],
             latents: vec![latents],
         }
     }
 
     /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block feels the
     /// joints that carry its skin and the parents of these, and hears the shape, and materials and
-    /// thickness of its own region. The gates hear materials and shape.
+    /// thickness of its own region. Neighbours are blocks that share a triangle or a region: left and
+    /// right breast or thigh touch.
     pub fn of_body(model: &BodyModel, vertices: &[u32], basis: &BlockBasis, build: &Build) -> Self {
         let felt = basis.blocks.iter().map(|block| {
             let mut weights = [0.0; JOINT_COUNT];
@@ -74,9 +76,7 @@ impl Locality {
         Self {
             felt: felt.collect(),
             heard: heard.collect(),
-            gates: (0..build.count())
-                .map(|i| i < MATERIAL_COUNT + SHAPE_COUNT)
-                .collect(),
+            near: neighbours(model, vertices, basis),
             latents: basis.blocks.iter().map(|b| b.basis.components()).collect(),
         }
     }
@@ -96,6 +96,33 @@ impl Locality {
             .map(|unit| blocks[unit * blocks.len() / units])
             .collect()
     }
+}
+
+/// For each block of `basis`, which blocks share a triangle or a region with it; itself is one.
+fn neighbours(model: &BodyModel, vertices: &[u32], basis: &BlockBasis) -> Vec<Vec<bool>> {
+    let mut block_of_vertex = vec![None; model.vertex_count()];
+    for (index, block) in basis.blocks.iter().enumerate() {
+        for slot in &block.slots {
+            block_of_vertex[vertices[*slot] as usize] = Some(index);
+        }
+    }
+    let same_region = |a: usize, b: usize| {
+        let (a, b) = (basis.blocks[a].region, basis.blocks[b].region);
+        a.is_some() && a == b
+    };
+    let count = basis.blocks.len();
+    let mut near: Vec<Vec<bool>> = (0..count)
+        .map(|a| (0..count).map(|b| a == b || same_region(a, b)).collect())
+        .collect();
+    for face in &model.faces {
+        let blocks = face.map(|vertex| block_of_vertex[vertex as usize]);
+        for a in blocks.into_iter().flatten() {
+            for b in blocks.into_iter().flatten() {
+                near[a][b] = true;
+            }
+        }
+    }
+    near
 }
 
 /// Which numbers about the motion ([`Hearing::motion`]) are about the given joints.
@@ -139,6 +166,17 @@ impl Locality {
         transposed(&self.felt, units)
     }
 
+    /// A matrix `[rows][columns]` of 1 where the block of the column hears the block of the row, flat.
+    pub(crate) fn nearby(&self, rows: &[usize], columns: &[usize]) -> Vec<f32> {
+        let heard = |row: &usize| {
+            let row = *row;
+            columns
+                .iter()
+                .map(move |column| f32::from(u8::from(self.near[*column][row])))
+        };
+        rows.iter().flat_map(heard).collect()
+    }
+
     /// A matrix `[conditions][units]` of 1 where the unit's block hears the number, flat.
     pub(crate) fn hearing(&self, units: &[usize]) -> Vec<f32> {
         transposed(&self.heard, units)
@@ -147,14 +185,19 @@ impl Locality {
 
 #[cfg(test)]
 mod tests {
+    use dynaskin_body::Region;
+    use nalgebra::DMatrix;
+
     use super::*;
+    use crate::fixture;
+    use crate::methods::dynaskin::blocks::Part;
 
     #[test]
     fn units_are_shared_out_in_proportion() {
         let locality = Locality {
             felt: vec![vec![true, false], vec![false, true]],
             heard: vec![vec![true], vec![false]],
-            gates: vec![true],
+            near: vec![vec![true, false], vec![true, true]],
             latents: vec![1, 3],
         };
         assert_eq!(locality.unit_blocks(8), [0, 0, 1, 1, 1, 1, 1, 1]);

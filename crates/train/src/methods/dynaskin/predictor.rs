@@ -16,13 +16,13 @@
 //! q' = q + v'
 //! m = [q', v'] exp(β G)                     modes, scaled by shape: a power of the thickness
 //! c = tanh([m, e] C)
-//! i, o, f = σ([c, β, h] + bias)             the LSTM's gates
+//! i, o, f = σ([c, β, h] W + bias)           the LSTM's gates
 //! cell' = f cell + i tanh(c W),  h' = o tanh(cell')
 //! latent = [m, h', e] R
 //! ```
 //!
-//! E, U, the part of K and D that hears e, and the part of R that hears m and e are zero between
-//! different blocks of the body ([`crate::Locality`]); C, the LSTM and what is read off h join them.
+//! Every unit belongs to a block of the body, and all weights are zero between different blocks
+//! ([`crate::Locality`]) but for those of C, which also hear the blocks beside their own.
 //!
 //! With fixed k and d a spring is stable for 0 < k < 4 - 2 d, which the ranges of k and d grant; k
 //! in 0..2 reaches 15 Hz and beyond at 60 ticks a second.
@@ -44,8 +44,8 @@ use super::locality::{Locality, same_block};
 /// as large as what it was cut from.
 const BLOCK_FRAMES: usize = 10;
 
-/// The springs start at these frequencies in hertz, evenly spread in pitch, and with this damping
-/// ratio: the range and the middle of measured soft tissue.
+/// The springs of a block start at these frequencies in hertz, evenly spread in pitch, and with this
+/// damping ratio: the range and the middle of measured soft tissue.
 const LOWEST_HZ: f32 = 1.5;
 const HIGHEST_HZ: f32 = 14.0;
 const DAMPING_RATIO: f32 = 0.25;
@@ -93,7 +93,7 @@ pub struct Predictor {
     pub from_hidden: Param<Tensor<2>>,
     /// R: `[2 · springs + hidden + encoding, latent]`.
     pub readout: Param<Tensor<2>>,
-    /// Where the weights of encoder, drive, poles and readout may differ from 0.
+    /// Where the weights may differ from 0.
     #[module(skip)]
     masks: Masks,
 }
@@ -105,7 +105,10 @@ struct Masks {
     drive: Vec<f32>,
     poles: Vec<f32>,
     mode_scale: Vec<f32>,
+    code: Vec<f32>,
+    from_code: Vec<f32>,
     from_condition: Vec<f32>,
+    from_hidden: Vec<f32>,
     readout: Vec<f32>,
 }
 
@@ -113,26 +116,44 @@ impl Masks {
     fn new(sizes: PredictorSizes, locality: &Locality) -> Self {
         let encoding = locality.unit_blocks(sizes.encoding);
         let springs = locality.unit_blocks(sizes.springs);
+        let hidden = locality.unit_blocks(sizes.hidden);
         let latents = locality.latent_blocks();
         let modes = [springs.as_slice(), &springs].concat();
-        let all = |rows: usize, columns: usize| vec![1.0; rows * columns];
+        let gates = hidden.repeat(3);
         Self {
             encoder: locality.feeling(&encoding),
             drive: [locality.feeling(&springs), same_block(&encoding, &springs)].concat(),
-            mode_scale: locality.hearing(&modes),
-            from_condition: locality
-                .gates
-                .iter()
-                .flat_map(|heard| vec![f32::from(u8::from(*heard)); 3 * sizes.hidden])
-                .collect(),
             poles: [locality.hearing(&modes), same_block(&encoding, &modes)].concat(),
-            readout: [
-                same_block(&modes, &latents),
-                all(sizes.hidden, latents.len()),
-                same_block(&encoding, &latents),
+            mode_scale: locality.hearing(&modes),
+            code: [
+                locality.nearby(&modes, &encoding),
+                locality.nearby(&encoding, &encoding),
             ]
             .concat(),
+            from_code: same_block(&encoding, &hidden.repeat(4)),
+            from_condition: locality.hearing(&gates),
+            from_hidden: same_block(&hidden, &gates),
+            readout: same_block(&[modes, hidden, encoding].concat(), &latents),
         }
+    }
+
+    fn silent(&self) -> usize {
+        let masks = [
+            &self.encoder,
+            &self.drive,
+            &self.poles,
+            &self.mode_scale,
+            &self.code,
+            &self.from_code,
+            &self.from_condition,
+            &self.from_hidden,
+            &self.readout,
+        ];
+        masks
+            .into_iter()
+            .flatten()
+            .filter(|one| **one == 0.0)
+            .count()
     }
 }
 
@@ -224,14 +245,14 @@ impl Predictor {
             encoder: random(motion, encoding, encoding, wider(&masks.encoder)),
             drive: random(motion + encoding, springs, springs, wider(&masks.drive)),
             poles: random(conditions + encoding, modes, springs, 0.2),
-            poles_bias: vector(first_poles(springs)),
+            poles_bias: vector(first_poles(&locality.unit_blocks(springs))),
             mode_scale: random(conditions, modes, springs, 0.3),
-            code: random(modes + encoding, encoding, encoding, 1.0),
+            code: random(modes + encoding, encoding, encoding, wider(&masks.code)),
             // One gate's fan, not four: each gate is a layer of its own.
-            from_code: random(encoding, 4 * hidden, hidden, 1.0),
+            from_code: random(encoding, 4 * hidden, hidden, wider(&masks.from_code)),
             from_condition: random(conditions, 3 * hidden, hidden, 0.5),
             bias: vector(bias),
-            from_hidden: random(hidden, 3 * hidden, hidden, 1.0),
+            from_hidden: random(hidden, 3 * hidden, hidden, wider(&masks.from_hidden)),
             readout: random(modes + hidden + encoding, latent, latent, 0.5),
             masks,
         }
@@ -256,17 +277,7 @@ impl Predictor {
 
     /// Number of trained weights.
     pub fn weight_count(&self) -> usize {
-        let masks = &self.masks;
-        let masks = [
-            &masks.encoder,
-            &masks.drive,
-            &masks.poles,
-            &masks.mode_scale,
-            &masks.from_condition,
-            &masks.readout,
-        ];
-        let silent = masks.into_iter().flatten().filter(|one| **one == 0.0);
-        self.num_params() - silent.count()
+        self.num_params() - self.masks.silent()
     }
 
     /// E, with zeros where a unit does not hear a feature.
@@ -287,6 +298,21 @@ impl Predictor {
     /// G, with zeros where a spring does not hear a number about the body.
     pub fn local_mode_scale(&self) -> Tensor<2> {
         masked(&self.mode_scale, &self.masks.mode_scale)
+    }
+
+    /// C, with zeros where a code does not hear a spring or an encoding.
+    pub fn local_code(&self) -> Tensor<2> {
+        masked(&self.code, &self.masks.code)
+    }
+
+    /// What gates and cells hear of the code, with zeros between blocks.
+    pub fn local_from_code(&self) -> Tensor<2> {
+        masked(&self.from_code, &self.masks.from_code)
+    }
+
+    /// What the gates hear of the cells' outputs, with zeros between blocks.
+    pub fn local_from_hidden(&self) -> Tensor<2> {
+        masked(&self.from_hidden, &self.masks.from_hidden)
     }
 
     /// What the gates hear of the body.
@@ -321,7 +347,7 @@ impl Predictor {
         let encoding = motion.clone().matmul(self.local_encoder()).tanh();
         let (modes, position, velocity) = self.swing(window, motion, &encoding, &state);
         let code = Tensor::cat(vec![modes.clone(), encoding.clone()], 1);
-        let code = code.matmul(self.code.val()).tanh();
+        let code = code.matmul(self.local_code()).tanh();
         let (outputs, hidden, cell) = self.remember(window, code, &state);
         let latents = Tensor::cat(vec![modes, outputs, encoding], 1).matmul(self.local_readout());
         let state = PredictorState {
@@ -388,10 +414,10 @@ impl Predictor {
         let nothing = Tensor::zeros([self.sizes().conditions, cells], &device);
         let from_condition = Tensor::cat(vec![self.local_from_condition(), nothing], 1);
         let bias = Tensor::cat(vec![self.bias.val(), Tensor::zeros([cells], &device)], 0);
-        let from_input = code.matmul(self.from_code.val())
+        let from_input = code.matmul(self.local_from_code())
             + window.condition.clone().matmul(from_condition)
             + bias.unsqueeze::<2>(); // [frames · lanes, 4 · hidden]
-        let from_hidden = self.from_hidden.val();
+        let from_hidden = self.local_from_hidden();
 
         let (mut hidden, mut cell) = (state.hidden.clone(), state.cell.clone());
         let mut outputs = Vec::new();
@@ -418,12 +444,14 @@ fn ticks(window: Tensor<2>, lanes: usize) -> impl Iterator<Item = Tensor<2>> {
     blocks.flat_map(move |block| block.split(lanes, 0))
 }
 
-/// Biases that give the springs their first frequencies and dampings. A spring with poles
-/// exp(-ζω ± iω) a tick has d = 1 - exp(-2 ζω) and k = 2 - d - 2 √(1 - d) cos ω.
-fn first_poles(springs: usize) -> Vec<f32> {
+/// Biases that give the springs their first frequencies and dampings, from the block of each spring.
+/// A spring with poles exp(-ζω ± iω) a tick has d = 1 - exp(-2 ζω) and k = 2 - d - 2 √(1 - d) cos ω.
+fn first_poles(springs: &[usize]) -> Vec<f32> {
     let logit = |share: f32| (share / (1.0 - share)).ln();
-    let poles = (0..springs).map(|spring| {
-        let pitch = spring as f32 / (springs - 1).max(1) as f32;
+    let poles = springs.iter().enumerate().map(|(spring, block)| {
+        let before = springs[..spring].iter().filter(|b| *b == block).count();
+        let together = springs.iter().filter(|b| *b == block).count();
+        let pitch = before as f32 / (together - 1).max(1) as f32;
         let hertz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(pitch);
         let omega = std::f32::consts::TAU * hertz / 60.0;
         let damping = 1.0 - (-2.0 * DAMPING_RATIO * omega).exp();

@@ -127,7 +127,13 @@ pub fn prepare(
             progress(done, all);
         }
     }
-    Ok(normalised(raw, basis, model, build, locality))
+    Ok(normalised(
+        raw,
+        basis,
+        model,
+        (build, config.shape_loudness),
+        locality,
+    ))
 }
 
 /// A clip before scaling.
@@ -141,7 +147,7 @@ fn normalised(
     raw: Vec<RawSequence>,
     basis: BlockBasis,
     model: &BodyModel,
-    mut build: Build,
+    (mut build, shape_loudness): (Build, f32),
     locality: Locality,
 ) -> Prepared {
     let training = raw.iter().filter(|r| r.set == Set::Training);
@@ -156,7 +162,7 @@ fn normalised(
     };
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let bodies: Vec<Vec<f32>> = training.map(first_frame).collect();
-    build.fit(bodies.iter().map(Vec::as_slice));
+    build.fit(bodies.iter().map(Vec::as_slice), shape_loudness);
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let spin = Spin::fit(training.flat_map(|r| r.features.chunks_exact(KIND.count())));
     let hearing = Hearing {

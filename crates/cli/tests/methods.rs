@@ -1,0 +1,228 @@
+//! Every method of the table trains on a few simulated frames, gives a bundle that the runtime plays,
+//! and refuses data that cannot be learned from.
+
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use dynaskin_train::Method;
+use tempfile::TempDir;
+
+/// One clip to learn from, one that decides when to stop, and one that is held out.
+const CLIPS: [&str; 3] = [
+    "hop-190-090__s0",
+    "shake-hips-144-040__s0",
+    "jumping-jacks-090-070__s0",
+];
+
+fn body_of(sex: &str) -> String {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+    models
+        .join(sex)
+        .join("body.glb")
+        .to_str()
+        .unwrap()
+        .to_owned()
+}
+
+fn dynaskin(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_dynaskin"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// What a call that has to fail says.
+fn refused(arguments: &[&str]) -> String {
+    let output = dynaskin(arguments);
+    assert!(!output.status.success(), "{arguments:?} went well");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!error.contains("panicked"), "{error}");
+    error
+}
+
+/// A folder with the clips, simulated once for all tests of this file.
+fn data() -> &'static Path {
+    static DATA: OnceLock<TempDir> = OnceLock::new();
+    DATA.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = [
+            "simulate",
+            "--body",
+            &body_of("female"),
+            "--procedural",
+            "--out",
+            folder.path().to_str().unwrap(),
+            "--limit-frames",
+            "40",
+            "--no-mirror",
+            "--filter",
+            &CLIPS.join(","),
+            "--shapes",
+            "1",
+        ];
+        let output = dynaskin(&arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{error}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), CLIPS.len());
+        folder
+    })
+    .path()
+}
+
+/// A folder of its own with copies of the clips.
+fn copied_data() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for entry in fs::read_dir(data()).unwrap() {
+        let path = entry.unwrap().path();
+        fs::copy(&path, folder.path().join(path.file_name().unwrap())).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn every_method_trains_and_gives_a_bundle_that_plays() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = data().to_str().unwrap();
+    for method in Method::ALL {
+        let out = folder.path().join(method.name());
+        let body = body_of("female");
+        let mut arguments = vec![
+            "train",
+            "--method",
+            method.name(),
+            "--data",
+            data,
+            "--body",
+            &body,
+        ];
+        arguments.extend(["--out", out.to_str().unwrap()]);
+        // As small as a network can be and still be one.
+        let small: &[&str] = match method {
+            Method::SpringBones => &[],
+            Method::Dmpl => &["--components", "20"],
+            Method::CasasOtaduy | Method::CasasOtaduyUnweighted => &[
+                "--epochs",
+                "2",
+                "--autoencoder-epochs",
+                "2",
+                "--autoencoder-frames",
+                "40",
+                "--autoencoder-widths",
+                "24,12,6",
+                "--neurons",
+                "16",
+            ],
+            Method::Dsnet | Method::DsnetRbf => &[
+                "--epochs",
+                "2",
+                "--autoencoder-epochs",
+                "2",
+                "--autoencoder-frames",
+                "40",
+                "--channels",
+                "4",
+                "4",
+                "--components",
+                "6",
+            ],
+            Method::Dynaskin => &[
+                "--epochs",
+                "2",
+                "--encoding",
+                "16",
+                "--springs",
+                "24",
+                "--hidden",
+                "12",
+                "--components",
+                "24",
+            ],
+        };
+        arguments.extend(small);
+        let output = dynaskin(&arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{arguments:?}: {error}");
+        // What was measured is the held-out clip, played by the runtime from the files written.
+        let bundle = fs::read_to_string(out.join("bundle.json")).unwrap();
+        let bundle: serde_json::Value = serde_json::from_str(&bundle).unwrap();
+        assert_eq!(bundle["training"]["method"], method.name());
+        let measured = &bundle["measured"]["sets"][0];
+        assert_eq!(measured["set"], "unseen-motion", "{method:?}");
+        let ratio = measured["soft"]["ratio"].as_f64().unwrap_or(f64::NAN);
+        assert!(ratio.is_finite() && ratio > 0.0, "{method:?}: {ratio}");
+    }
+}
+
+#[test]
+fn what_cannot_be_learned_from_is_told() {
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("model").to_str().unwrap().to_owned();
+    let female = body_of("female");
+    let train = |data: &Path, body: &str, more: &[&str]| {
+        let data = data.to_str().unwrap();
+        let start = [
+            "train", "--data", data, "--body", body, "--out", &out, "--epochs", "1",
+        ];
+        refused(&[&start, more].concat())
+    };
+
+    let error = train(data(), &body_of("male"), &[]);
+    assert!(error.contains("body"), "another body: {error}");
+
+    let without = copied_data();
+    fs::remove_file(clip(without.path(), "shake-hips")).unwrap();
+    let error = train(without.path(), &female, &[]);
+    assert!(error.contains("validation"), "no validation clip: {error}");
+
+    let empty = tempfile::tempdir().unwrap();
+    let error = train(empty.path(), &female, &[]);
+    assert!(
+        error.contains(empty.path().to_str().unwrap()),
+        "no clip: {error}"
+    );
+
+    // Offsets that are no numbers.
+    let broken = copied_data();
+    let path = clip(broken.path(), "hop");
+    let mut bytes = fs::read(&path).unwrap();
+    let header = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let tensors: serde_json::Value = serde_json::from_slice(&bytes[8..8 + header]).unwrap();
+    let first = tensors["offsets_m"]["data_offsets"][0].as_u64().unwrap() as usize;
+    // Not a number in half precision, in the first vertex.
+    bytes[8 + header + first..][..2].copy_from_slice(&0x7e00u16.to_le_bytes());
+    fs::write(&path, bytes).unwrap();
+    let error = train(broken.path(), &female, &[]);
+    assert!(
+        error.contains("hop") && error.contains("finite"),
+        "not a number: {error}"
+    );
+
+    let error = train(data(), &female, &["--method", "crystal-ball"]);
+    assert!(
+        Method::ALL
+            .iter()
+            .all(|method| error.contains(method.name())),
+        "{error}"
+    );
+}
+
+/// The file of the clip whose name begins with `name`.
+fn clip(folder: &Path, name: &str) -> PathBuf {
+    let named = |path: &PathBuf| {
+        path.file_name()
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .starts_with(name)
+    };
+    let paths = fs::read_dir(folder).unwrap();
+    paths
+        .map(|entry| entry.unwrap().path())
+        .find(named)
+        .unwrap()
+}
