@@ -234,6 +234,12 @@ mod tests {
                 .iter()
                 .all(|n| (n - 1.0).abs() < 1e-6)
         );
+        let shape = MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT;
+        assert!(
+            build.of(&bodies[1])[shape]
+                .iter()
+                .all(|n| (n - 0.5).abs() < 1e-6)
+        );
         let beyond = vec![5.0; MATERIAL_COUNT + SHAPE_COUNT];
         let shape = MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT;
         assert_eq!(

@@ -363,7 +363,7 @@ mod tests {
             .collect();
         let mut build = Build::of_body(&model);
         let bodies = [-1.0f32, 1.0].map(|x| vec![x; MATERIAL_COUNT + SHAPE_COUNT]);
-        build.fit(bodies.iter().map(Vec::as_slice));
+        build.fit(bodies.iter().map(Vec::as_slice), 0.3);
         build
     }
 

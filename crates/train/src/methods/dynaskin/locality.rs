@@ -206,5 +206,37 @@ mod tests {
             same_block(&[0, 1], &[1, 1, 0]),
             [0.0, 0.0, 1.0, 1.0, 1.0, 0.0]
         );
+        // The second block hears the first, not the other way round.
+        assert_eq!(locality.nearby(&[0, 1], &[0, 1]), [1.0, 1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn neighbours_share_a_triangle_or_a_region() {
+        let mut model = fixture::symmetric_body(8);
+        let vertices: Vec<u32> = (0..8).collect();
+        model.faces = vec![[0, 1, 2]];
+        let one = |name: &str, region, slots: &[usize]| Part {
+            name: name.to_owned(),
+            region: Some(region),
+            slots: slots.to_vec(),
+        };
+        let parts = vec![
+            one("left calves", Region::Calves, &[0]),
+            one("left thighs", Region::Thighs, &[1, 2]),
+            one("right calves", Region::Calves, &[3]),
+            one("belly", Region::Belly, &[4, 5, 6, 7]),
+        ];
+        let sample = DMatrix::from_fn(30, 3 * vertices.len(), |r, c| ((r * 7 + c * 3) % 11) as f32);
+        let basis = BlockBasis::fit(&sample, parts, 8, 1).expect("a basis");
+        let (yes, no) = (true, false);
+        assert_eq!(
+            neighbours(&model, &vertices, &basis),
+            [
+                [yes, yes, yes, no],
+                [yes, yes, no, no],
+                [yes, no, yes, no],
+                [no, no, no, yes]
+            ]
+        );
     }
 }
