@@ -12,6 +12,9 @@ export const WASM_OUT = join(SDK, "src", "wasm");
 /** `release` builds in a fraction of the time, for work on this machine only. */
 const PROFILE = process.env.DYNASKIN_WASM_PROFILE || "release-wasm";
 
+/** Whether the wasm files are those that are published: optimised for size and speed. */
+export const isFullProfile = PROFILE === "release-wasm";
+
 /** Two files, so that pages with an engine of their own never download wgpu. */
 export const WASM_FILES = [
   { name: "core", package: "dynaskin-wasm", library: "dynaskin_wasm", optimise: "-O3" },
@@ -75,7 +78,7 @@ async function bindAndOptimise(file, wasmBindgen) {
       ...[compiled, "--target", "web", "--omit-default-module-path"],
       ...["--out-dir", WASM_OUT, "--out-name", file.name],
     ]);
-    if (PROFILE === "release-wasm") await optimise(file, out);
+    if (isFullProfile) await optimise(file, out);
     writeFileSync(stamp, key);
   }
   say(`  ${file.name}_bg.wasm: ${describeSize(readFileSync(out))}`);

@@ -35,7 +35,7 @@ async function expectBack(locator: Locator, start: { x: number; y: number }): Pr
 }
 
 test("the mouse drags pelvis and chest, and the tissue answers", async ({ page }) => {
-  await openDemo(page, "?compare=0&clothes=unsupported&paused=1");
+  await openDemo(page, "?clothes=unsupported&paused=1");
   await page.getByRole("combobox", { name: "Motion" }).selectOption({ label: "Moved by hand" });
   await expect(page.locator("#hand-hint")).toBeVisible();
   await expect(page.getByLabel("Time in the motion")).toBeDisabled();
@@ -58,7 +58,7 @@ test("the mouse drags pelvis and chest, and the tissue answers", async ({ page }
 });
 
 test("the arrow keys pull for as long as they are held", async ({ page }) => {
-  await openDemo(page, "?compare=0&paused=1");
+  await openDemo(page, "?paused=1");
   await page.keyboard.press("h");
   await expect(ring(page, "Pelvis")).toBeFocused();
   const start = await middle(ring(page, "Pelvis"));
@@ -80,7 +80,7 @@ test("a finger drags the body on a phone, and the page does not scroll", async (
     isMobile: true,
   });
   const page = await context.newPage();
-  await openDemo(page, "?compare=0&motion=by-hand");
+  await openDemo(page, "?motion=by-hand");
   const start = await middle(ring(page, "Pelvis"));
   const devtools = await context.newCDPSession(page);
   const touch = (type: "touchStart" | "touchMove" | "touchEnd", x = 0, y = 0) =>
@@ -100,7 +100,7 @@ test("a finger drags the body on a phone, and the page does not scroll", async (
 });
 
 test("the program moves a body by hand, too", async ({ page }) => {
-  await openDemo(page, "?compare=0&paused=1&motion=by-hand");
+  await openDemo(page, "?paused=1&motion=by-hand");
   await page.keyboard.press("u");
   const code = await page.locator("#code-text").inputValue();
   expect(code).toContain('import { load, Puppet } from "dynaskin";');

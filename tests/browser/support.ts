@@ -4,13 +4,20 @@ import { expect, type Page } from "@playwright/test";
 import { PICTURES } from "./places.js";
 
 /**
- * Opens the demo and waits until the avatar plays with its networks. Gives the list to which the
- * messages of uncaught errors are added from then on.
+ * Opens the demo and waits until the avatar plays with its networks: one actor that hops, unless the
+ * query says otherwise. Gives the list to which the messages of uncaught errors are added from then on.
  */
 export async function openDemo(page: Page, query = ""): Promise<string[]> {
+  const settings = new URLSearchParams({ view: "one", motion: "hop" });
+  for (const [name, value] of new URLSearchParams(query)) settings.set(name, value);
+  return openAddress(page, `/?${settings}`);
+}
+
+/** The same for any address, as a visitor opens it. */
+export async function openAddress(page: Page, address: string): Promise<string[]> {
   const problems: string[] = [];
   page.on("pageerror", (error) => problems.push(error.message));
-  await page.goto(`/${query}`);
+  await page.goto(address);
   await expect
     .poll(
       async () => {

@@ -32,7 +32,7 @@ test("skins as the CPU does, to a tenth of a millimetre", async ({ page }) => {
     for (const time of [0.3, 1.1, 2.4]) {
       demo.seek(time);
       const onCpu = demo.avatar.skinned().positions.slice();
-      const onGpu = await demo.view.body?.readSkinnedPositions();
+      const onGpu = await demo.view.bodies[0]?.readSkinnedPositions();
       if (onGpu?.length !== onCpu.length) throw new Error("no read-back");
       if (Math.max(...onGpu) < 1) throw new Error("the read-back holds no standing body");
       onGpu.forEach((value, idx) => {

@@ -1,14 +1,7 @@
 import type { Bundle } from "dynaskin";
 import { type ActorKind, actorLabel } from "./actors.js";
 import { byId, create } from "./dom.js";
-
-/** One set of held-out clips in a bundle's `measured`. */
-interface MeasuredSet {
-  set: string;
-  frames: number;
-  soft: { error_mm: number; static_mm: number };
-  regions: [name: string, errors: { ratio: number; static_mm: number }][];
-}
+import { heldOut, worstRegion } from "./measured.js";
 
 /** What a bundle says about its training. */
 interface Training {
@@ -17,13 +10,6 @@ interface Training {
   frames?: number;
   simulator?: { method?: number };
 }
-
-/** The sets with motions that were not trained on; one more holds known motions on new shapes. */
-const UNSEEN_MOTIONS: readonly string[] = [
-  "unseen-motion",
-  "unseen-subject",
-  "unseen-motion-and-shape",
-];
 
 /** An actor on the screen, and what its networks come from; null for those without any. */
 export interface Described {
@@ -59,17 +45,17 @@ function sentencesFor(kind: ActorKind, bundle: Bundle | null, clipMethod: string
     `It learned from ${training.frames?.toLocaleString("en") ?? "many"} frames of simulated tissue on a ` +
       "CC0 body moved by CMU motion capture and by formula, not from measurements of people.",
   ];
-  const ratio = heldOutRatio(bundle);
-  if (ratio !== null) {
+  const unseen = heldOut(bundle);
+  if (unseen) {
+    const percent = Math.round((100 * unseen.errorMm) / unseen.staticMm);
     sentences.push(
-      `On motions it never saw, its error in the soft regions is ${Math.round(ratio * 100)} % of that ` +
-        "of plain skinning.",
+      `On motions it never saw, its error in the soft regions is ${percent} % of that of plain skinning.`,
     );
   }
   const worst = worstRegion(bundle);
   if (worst) {
     sentences.push(
-      `It fails most at the ${worst.region}${worst.set}: ${Math.round(worst.ratio * 100)} % of ` +
+      `It fails most at the ${worst.region} (${worst.set}): ${Math.round(worst.ratio * 100)} % of ` +
         `${worst.staticMm.toFixed(1)} mm remain. It knows no contact, no clothes and no muscle tension.`,
     );
   }
@@ -81,36 +67,4 @@ function sentencesFor(kind: ActorKind, bundle: Bundle | null, clipMethod: string
     );
   }
   return sentences;
-}
-
-const setsOf = (bundle: Bundle) => (bundle.measured.sets ?? []) as MeasuredSet[];
-
-/**
- * Error in the soft regions over that of plain skinning, over all frames of motions that were held
- * out, as in the model card; null for a bundle that was not measured.
- */
-function heldOutRatio(bundle: Bundle): number | null {
-  let [errorMm, staticMm] = [0, 0];
-  for (const { set, frames, soft } of setsOf(bundle)) {
-    if (!UNSEEN_MOTIONS.includes(set)) continue;
-    errorMm += soft.error_mm * frames;
-    staticMm += soft.static_mm * frames;
-  }
-  return staticMm > 0 ? errorMm / staticMm : null;
-}
-
-/** Regions that move less than this, in millimetres, are no place where a failure shows. */
-const NOTICEABLE_MM = 1;
-
-function worstRegion(bundle: Bundle) {
-  const all = setsOf(bundle).flatMap(({ set, regions }) =>
-    regions.map(([region, { ratio, static_mm }]) => ({
-      region: region.replaceAll("-", " "),
-      set: ` (${set.replaceAll("-", " ")})`,
-      ratio,
-      staticMm: static_mm,
-    })),
-  );
-  const noticeable = all.filter(({ staticMm }) => staticMm >= NOTICEABLE_MM);
-  return noticeable.sort((a, b) => b.ratio - a.ratio)[0];
 }

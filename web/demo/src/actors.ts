@@ -1,5 +1,6 @@
 import methods from "virtual:methods";
-import type { Sex } from "./settings.js";
+import { narrowScreen } from "./narrow.js";
+import type { Settings, Sex } from "./settings.js";
 
 /**
  * Who moves the skin of an actor: `linear` (nobody), `dynaskin`, `truth` (the simulator, where the
@@ -7,8 +8,9 @@ import type { Sex } from "./settings.js";
  */
 export type ActorKind = string;
 
-/** A side of the picture. */
-export type Side = "left" | "right";
+/** The places of the settings that an actor can stand at, from the picture's left to its right. */
+export const SLOTS = ["left", "right", "third", "fourth"] as const;
+export type Slot = (typeof SLOTS)[number];
 
 const LABELS: Readonly<Record<ActorKind, string>> = {
   linear: "Linear skinning",
@@ -32,7 +34,28 @@ export function isMethod(kind: ActorKind): boolean {
   return !["linear", "dynaskin", "truth"].includes(kind);
 }
 
+/** The compared methods whose bundles were there when the page was built. */
+export function methodsOf(sex: Sex): readonly ActorKind[] {
+  return methods[sex] ?? [];
+}
+
 /** The actors that a body has, in the order of the list. */
 export function actorsOf(sex: Sex, hasTruth: boolean): ActorKind[] {
-  return ["linear", ...(methods[sex] ?? []), "dynaskin", ...(hasTruth ? ["truth"] : [])];
+  return ["linear", ...methodsOf(sex), "dynaskin", ...(hasTruth ? ["truth"] : [])];
+}
+
+/** An actor on the screen. */
+export interface Shown {
+  slot: Slot;
+  kind: ActorKind;
+}
+
+/** The actors on the screen, from left to right; a narrow one has room for two. */
+export function shownActors(settings: Settings): Shown[] {
+  const taken = SLOTS.flatMap((slot) => {
+    const kind = settings[slot];
+    return kind === null ? [] : [{ slot, kind }];
+  });
+  if (settings.layout === "one") return taken.filter(({ slot }) => slot === "right");
+  return taken.slice(0, settings.layout === "wipe" || narrowScreen.matches ? 2 : SLOTS.length);
 }

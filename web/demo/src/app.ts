@@ -1,6 +1,7 @@
 import { type Avatar, Motion } from "dynaskin";
 import { describeActors } from "./about.js";
-import { type ActorKind, actorLabel } from "./actors.js";
+import { actorLabel, type Shown, SLOTS, shownActors } from "./actors.js";
+import { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
 import { Capture } from "./capture.js";
 import type { Cast } from "./cast.js";
@@ -11,8 +12,11 @@ import { byId } from "./dom.js";
 import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
 import { drawLegend, HEAT_SCALES } from "./legend.js";
+import { lessMotion } from "./less-motion.js";
 import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
+import { Names } from "./names.js";
+import { narrowScreen } from "./narrow.js";
 import { Panel, regionLabel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
@@ -30,6 +34,11 @@ const MAX_FILE_BYTES = 64e6;
 /** How long the camera must stand still before it is put into the page's address. */
 const CAMERA_RESTS_MS = 400;
 
+/** How long to wait when the browser refuses a new address. */
+const ADDRESS_AGAIN_MS = 2000;
+/** How far the body may go from the middle of a picture that is not to drift, in metres. */
+const STRAY_M = 0.7;
+
 /** The page: one or two actors, what they play, and the controls. */
 export class App {
   readonly settings: Settings;
@@ -43,18 +52,27 @@ export class App {
   readonly #wipe: Wipe;
   readonly #capture: Capture;
   readonly #handles: Handles;
+  readonly #names: Names;
+  /** The moment to begin at; null once it has begun, or from the motion's beginning. */
+  #startSeconds: number | null;
   #cast: Cast | null = null;
+  /** The actors on the screen, one for each avatar. */
+  #shown: readonly Shown[] = [];
   #playback: Playback | null = null;
   /** Whether the motion is to be made anew before the next picture. */
   #motionIsStale = false;
   #lastFrame: number | null = null;
   #cameraMoved = { place: "", atMs: 0 };
   #failed = false;
+  #addressTimer = 0;
+  /** Whether nothing is drawn, because something else is being measured. */
+  #still = false;
   /** Whether the picture is no longer what the settings say; a paused page draws only then. */
   #stale = true;
 
   constructor(settings: Settings, view: View, loading: LoadingBar) {
     this.settings = settings;
+    this.#startSeconds = settings.timeSeconds;
     this.#view = view;
     this.#program = new Program(settings);
     this.stage = new Stage(settings, this.#program);
@@ -87,20 +105,14 @@ export class App {
       setHud: () => this.#changed(() => {}),
       setSpeed: () => this.#changed(() => this.#applySpeed()),
       setPaused: () => this.#changed(() => this.#applySpeed()),
-      setStrength: (strength) => {
-        this.stage.tuning.strength = strength;
-        this.#retune();
-      },
-      setRegionGain: (region, gain) => {
-        this.stage.tuning.gains.set(region, gain);
-        this.#retune();
-      },
+      setTuning: () => this.#changed(() => this.#retune()),
       stepFrame: () => this.#changed(() => this.#play((playback) => playback.step())),
       seek: (timeSeconds) =>
         this.#changed(() => this.#play((playback) => playback.seek(timeSeconds))),
       resetView: () => view.camera.reset(),
       copyHud: () => this.#copyHud(),
       hold: (side) => this.#wipe.hold(side),
+      nextLayout: () => this.#comparison.nextLayout(),
       focusBody: () => {
         this.#showHandles();
         this.#handles.focus();
@@ -113,8 +125,20 @@ export class App {
       setPlots: () => this.#changed(() => this.#showPlots()),
     });
     this.#handles = new Handles(view, () => this.#wake());
+    this.#names = new Names(view);
+    narrowScreen.addEventListener("change", () => {
+      this.#comparison.show();
+      void this.#loader.recast();
+    });
     this.#capture = new Capture(view, () => this.draw(0));
-    bindDialogs(() => codeFor(settings, this.stage.tuning, this.#program.played));
+    bindDialogs(() => codeFor(settings, this.#program.played));
+    new BenchmarkDialog({
+      cast: () => this.#cast,
+      setStill: (still) => {
+        this.#still = still;
+        this.#lastFrame = null;
+      },
+    });
     this.#showHeat();
     document.addEventListener("visibilitychange", () => {
       this.#lastFrame = null;
@@ -125,6 +149,17 @@ export class App {
   /** What plays, once the body is there. */
   get playback(): Playback | null {
     return this.#playback;
+  }
+
+  /** The avatar that the panel's timings and the program are about: dynaskin's, unless chosen otherwise. */
+  get mainAvatar(): Avatar | null {
+    return this.avatarAt("right");
+  }
+
+  /** The avatar at a place of the settings; null where nobody stands there. */
+  avatarAt(slot: Shown["slot"]): Avatar | null {
+    const idx = this.#shown.findIndex((actor) => actor.slot === slot);
+    return this.#playback?.avatars[idx] ?? null;
   }
 
   /** The body on the screen with its networks, once it is there. */
@@ -172,8 +207,9 @@ export class App {
     const { settings } = this;
     if (settings.clip === null && !this.#program.truth) return;
     settings.clip = null;
-    if (settings.left === "truth") settings.left = DEFAULTS.left;
-    if (settings.right === "truth") settings.right = DEFAULTS.right;
+    for (const slot of SLOTS) {
+      if (settings[slot] === "truth") Object.assign(settings, { [slot]: DEFAULTS[slot] });
+    }
     settings.heatOf = DEFAULTS.heatOf;
     this.#comparison.show();
     this.#changed(() => void this.#loader.recast());
@@ -194,10 +230,13 @@ export class App {
   /** Shows the settings' actors of a cast; the present ones stay if the motion does not suit them. */
   #show(cast: Cast): void {
     this.#stale = true;
-    const { compare, left, right } = this.settings;
+    const { layout, left, right } = this.settings;
     const before = this.#playback?.avatars ?? [];
-    const kinds: ActorKind[] = compare && this.#playback ? [right, left] : [right];
-    const made = this.stage.createAvatars(cast, kinds);
+    const all = shownActors(this.settings);
+    // A divider needs a second canvas, which is made along with the networks.
+    const early = layout === "wipe" && !this.#playback;
+    const shown = early ? all.filter(({ slot }) => slot === "right") : all;
+    const made = this.stage.createAvatars(cast, shown);
     try {
       const [avatar] = made as [Avatar];
       const motion = this.#playback
@@ -210,18 +249,30 @@ export class App {
       throw error;
     }
     this.#motionIsStale = false;
-    if (cast.body !== this.#cast?.body) this.#view.setBody(cast.body);
+    this.#shown = shown;
+    this.#view.setBodies(cast.body, layout === "side" ? shown.length : 1);
     for (const avatar of before) avatar.dispose();
     if (cast !== this.#cast) this.#cast?.dispose();
     this.#cast = cast;
     this.#loader.remember();
     this.#wipe.setNames(actorLabel(left), actorLabel(right));
-    this.#wipe.setOn(kinds.length === 2);
+    this.#wipe.setOn(layout === "wipe" && shown.length === 2);
+    this.#names.set(layout === "side" ? shown : []);
     this.#applySpeed();
     this.#showHeat();
     this.#describe();
     this.hud.clear();
     this.#announce();
+    if (cast.model) this.#goToStart();
+  }
+
+  /** Goes to the moment of the link once the networks are there. */
+  #goToStart(): void {
+    const timeSeconds = this.#startSeconds;
+    this.#startSeconds = null;
+    const end = this.#playback?.motion.durationSeconds ?? 0;
+    if (timeSeconds === null || !Number.isFinite(end)) return;
+    this.#play((playback) => playback.seek(Math.min(timeSeconds, end)));
   }
 
   /** The link's motion; at its usual tempo and height, where the link's do not go together. */
@@ -257,8 +308,7 @@ export class App {
   #setSex(): void {
     const { settings } = this;
     settings.clip = null;
-    settings.left = DEFAULTS.left;
-    settings.right = DEFAULTS.right;
+    for (const slot of SLOTS) Object.assign(settings, { [slot]: DEFAULTS[slot] });
     this.#comparison.show();
     this.#changed(() => void this.#loader.openModel());
   }
@@ -278,7 +328,7 @@ export class App {
       this.#panel.showPlaying(null);
       const { settings } = this;
       if (settings.clip !== null) {
-        if (!settings.compare) Object.assign(settings, { compare: true, left: "truth" });
+        this.#showTruth();
         this.#comparison.show();
         void this.#loader.recast();
         return;
@@ -288,6 +338,16 @@ export class App {
       this.#motionIsStale = false;
       this.#announce();
     });
+  }
+
+  /** Puts ground truth beside the other actors, where it is not among them yet. */
+  #showTruth(): void {
+    const { settings } = this;
+    if (shownActors(settings).some(({ kind }) => kind === "truth")) return;
+    if (settings.layout === "one") settings.layout = narrowScreen.matches ? "wipe" : "side";
+    if (settings.layout === "wipe" || narrowScreen.matches) settings.left = "truth";
+    else if (settings.third === null) settings.third = "truth";
+    else settings.fourth = "truth";
   }
 
   #remakeMotion(): void {
@@ -315,16 +375,17 @@ export class App {
   }
 
   #describe(): void {
-    const { compare, left, right, region } = this.settings;
-    const kinds = compare ? [right, left] : [right];
-    const bundleOf = (kind: ActorKind) => this.#cast?.bundleOf(kind) ?? null;
+    const shown = shownActors(this.settings);
     const truth = this.#program.truth;
+    // dynaskin first, whatever stands beside it.
+    const own = (kind: string) => (kind === "dynaskin" ? 0 : 1);
     describeActors(
-      kinds.map((kind) => ({ kind, bundle: bundleOf(kind) })),
+      shown
+        .toSorted((a, b) => own(a.kind) - own(b.kind))
+        .map(({ kind }) => ({ kind, bundle: this.#cast?.bundleOf(kind) ?? null })),
       truth?.simulatorMethod ?? null,
     );
-    const leftName = compare ? actorLabel(left) : null;
-    this.stage.traces.describe(regionLabel(region), leftName, actorLabel(right), truth !== null);
+    this.stage.traces.describe(regionLabel(this.settings.region), shown, truth !== null);
   }
 
   #applySpeed(): void {
@@ -351,7 +412,22 @@ export class App {
     } catch (error) {
       showError("That did not work", error);
     }
-    history.replaceState(null, "", `${location.pathname}${writeSettings(this.settings)}`);
+    const playback = this.#playback;
+    if (playback) {
+      const stands = playback.paused && Number.isFinite(playback.motion.durationSeconds);
+      this.settings.timeSeconds = stands ? playback.timeSeconds : null;
+    }
+    this.#writeAddress();
+  }
+
+  /** Browsers refuse this when it comes too often, as from a slider; then it is done a little later. */
+  #writeAddress(): void {
+    clearTimeout(this.#addressTimer);
+    try {
+      history.replaceState(null, "", `${location.pathname}${writeSettings(this.settings)}`);
+    } catch {
+      this.#addressTimer = window.setTimeout(() => this.#writeAddress(), ADDRESS_AGAIN_MS);
+    }
   }
 
   #announce(): void {
@@ -367,7 +443,7 @@ export class App {
     requestAnimationFrame((next) => this.#frame(next));
     const elapsed = this.#lastFrame === null ? 0 : now - this.#lastFrame;
     this.#lastFrame = now;
-    if (document.hidden || this.#failed) return;
+    if (document.hidden || this.#failed || this.#still) return;
     this.hud.show(now);
     this.stage.traces.show(now);
     this.#rememberCamera(now);
@@ -381,10 +457,29 @@ export class App {
     }
   }
 
+  #followBody(xM: number, zM: number, elapsedSeconds: number): void {
+    const { camera } = this.#view;
+    // A jump in time takes the camera along.
+    let share = elapsedSeconds === 0 ? 1 : 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds);
+    if (lessMotion.matches) {
+      // No drifting background: the camera stands, and moves at once when the body would leave.
+      const strayM = Math.hypot(xM - camera.floorM.x, zM - camera.floorM.z);
+      share = elapsedSeconds === 0 || strayM > STRAY_M ? 1 : 0;
+    }
+    camera.follow(xM, zM, share);
+  }
+
+  /** Puts what hangs on the bodies where they are in the picture. */
   #showHandles(): void {
     const motion = this.#playback?.motion;
+    const places = this.stage.placesM(this.#shown.length);
+    const main = Math.max(
+      0,
+      this.#shown.findIndex(({ slot }) => slot === "right"),
+    );
     this.#handles.attach(motion instanceof ByHand ? motion : null);
-    this.#handles.show();
+    this.#handles.show(places[main] ?? [0, 0]);
+    this.#names.show(places);
   }
 
   #rememberCamera(nowMs: number): void {
@@ -406,15 +501,14 @@ export class App {
     const playback = this.#playback;
     if (playback) {
       this.#play(() => playback.frame(elapsedSeconds));
-      if (!playback.paused) this.hud.addStep(playback.avatar);
+      if (!playback.paused && this.mainAvatar) this.hud.addStep(this.mainAvatar);
       // A hand pulls the body against a camera that stands still.
       const [x = 0, , z = 0] = playback.motion instanceof ByHand ? [] : playback.pose;
-      // A jump in time takes the camera along.
-      const share = elapsedSeconds === 0 ? 1 : 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds);
-      this.#view.camera.follow(x, z, share);
+      this.#followBody(x, z, elapsedSeconds);
       this.hud.timed("upload", () => {
-        const [right, left] = this.stage.appearances(playback.avatars);
-        if (right) this.#view.upload(right, left ?? null);
+        const looks = this.stage.appearances(playback.avatars);
+        const divided = this.settings.layout === "wipe" && looks.length === 2;
+        this.#view.upload(divided ? looks.slice(1) : looks, (divided && looks[0]) || null);
       });
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }

@@ -83,16 +83,25 @@ export class Capture {
     const [bottom] = parts;
     if (!bottom) return;
     const { width, height } = bottom.canvas;
-    // Setting a size clears the canvas, and a recorder does not follow a change of size.
-    if (this.#canvas.width !== width || this.#canvas.height !== height) {
-      Object.assign(this.#canvas, { width, height });
+    const out = this.#canvas;
+    // A recorder does not follow a change of size: it goes on in its own, with bars where it must.
+    if (!this.#recorder && (out.width !== width || out.height !== height)) {
+      Object.assign(out, { width, height });
     }
-    const context = this.#canvas.getContext("2d");
+    const context = out.getContext("2d");
+    if (!context || width === 0 || height === 0) return;
+    const scale = Math.min(out.width / width, out.height / height);
+    const [left, top] = [(out.width - scale * width) / 2, (out.height - scale * height) / 2];
+    if (left > 0 || top > 0) {
+      context.fillStyle = "#000";
+      context.fillRect(0, 0, out.width, out.height);
+    }
     for (const { canvas, from, to } of parts) {
-      const span = (to - from) * width;
+      const span = (to - from) * canvas.width;
       if (span < 1) continue;
-      const at = from * width;
-      context?.drawImage(canvas, at, 0, span, canvas.height, at, 0, span, height);
+      const [source, at] = [from * canvas.width, left + scale * from * width];
+      const [wide, high] = [scale * (to - from) * width, scale * height];
+      context.drawImage(canvas, source, 0, span, canvas.height, at, top, wide, high);
     }
   }
 }

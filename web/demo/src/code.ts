@@ -2,14 +2,6 @@ import { actorLabel, isMethod } from "./actors.js";
 import { findMotion, motionOptions } from "./motions.js";
 import type { Settings } from "./settings.js";
 
-/** What the sliders of the tissue say. */
-export interface Tuning {
-  /** Factor on all offsets. */
-  strength: number;
-  /** Factors on the offsets of regions. */
-  gains: ReadonlyMap<string, number>;
-}
-
 /** What plays instead of the settings' motion, if anything does. */
 export interface PlayedInstead {
   /** Name of a file that was opened. */
@@ -19,7 +11,7 @@ export interface PlayedInstead {
 }
 
 /** The program that shows what the page shows of the right actor, in the SDK's terms. */
-export function codeFor(settings: Settings, tuning: Tuning, played: PlayedInstead): string {
+export function codeFor(settings: Settings, played: PlayedInstead): string {
   const { sex, right } = settings;
   const folder = `/models/${sex}/`;
   const shape = played.fileName === null && played.clip ? played.clip.shape : settings.shape;
@@ -42,7 +34,7 @@ export function codeFor(settings: Settings, tuning: Tuning, played: PlayedInstea
   }
   lines.push(
     `const avatar = ${from}.createAvatar({ shape: [${numbers.join(", ")}] });`,
-    ...tuningLines(settings, tuning),
+    ...tuningLines(settings),
     ...source.made,
     "const pose = new Float64Array(99); // translation, then 24 quaternions x, y, z, w",
     "",
@@ -55,10 +47,10 @@ export function codeFor(settings: Settings, tuning: Tuning, played: PlayedInstea
   return `${lines.join("\n")}\n`;
 }
 
-function tuningLines({ clothes, clip, dynamics }: Settings, { strength, gains }: Tuning): string[] {
+function tuningLines({ clothes, clip, dynamics, strength, gains }: Settings): string[] {
   const lines: string[] = [];
   if (clothes === "sportswear" && !clip) lines.push(`avatar.setControls("sportswear");`);
-  for (const [region, gain] of gains) {
+  for (const [region, gain] of Object.entries(gains)) {
     if (gain !== 1) lines.push(`avatar.setRegionGain("${region}", ${gain});`);
   }
   if (!dynamics || strength !== 1) lines.push(`avatar.strength = ${dynamics ? strength : 0};`);

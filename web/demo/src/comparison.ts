@@ -1,8 +1,9 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
-import { actorLabel, actorsOf } from "./actors.js";
+import { actorLabel, actorsOf, SLOTS } from "./actors.js";
 import { byId, create } from "./dom.js";
+import { narrowScreen } from "./narrow.js";
 import { regionLabel, setSwitch } from "./panel.js";
-import type { Settings } from "./settings.js";
+import { LAYOUTS, type Layout, type Settings } from "./settings.js";
 
 /** What the controls do. Each is called after `settings` has changed. */
 export interface ComparisonActions {
@@ -16,6 +17,13 @@ const CLOTHES_NOTES = {
   sportswear: "A supported chest, which swings half as far and faster, and firmer hips and thighs.",
   unsupported: "Nothing holds the tissue: it moves as the networks predict it.",
 } as const;
+
+/** What the places are called in each layout; empty where it has no such place. */
+const PLACES: Readonly<Record<Layout, readonly string[]>> = {
+  one: ["", "Actor", "", ""],
+  wipe: ["Left", "Right", "", ""],
+  side: ["First", "Second", "Third", "Fourth"],
+};
 
 /** The controls of actors, clothes, heat map and plots. */
 export class Comparison {
@@ -34,18 +42,25 @@ export class Comparison {
 
   /** Shows the settings. */
   show(): void {
-    const { sex, clip, compare, clothes, heat, heatOf, plots, region } = this.#settings;
-    setSwitch("compare", compare);
-    byId("field-left").hidden = !compare;
-    byId("label-right").textContent = compare ? "Right" : "Actor";
-    byId("swap").hidden = !compare;
+    const { sex, clip, layout, clothes, heat, heatOf, plots, region } = this.#settings;
+    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=layout]")) {
+      input.checked = input.value === layout;
+    }
+    byId("swap").hidden = layout === "one";
+    byId("swap").textContent = layout === "side" ? "Swap the first two" : "Swap sides";
+    byId("narrow-note").hidden = !(layout === "side" && narrowScreen.matches);
     const kinds = actorsOf(sex, clip !== null);
-    for (const side of ["left", "right"] as const) {
-      const select = byId<HTMLSelectElement>(`actor-${side}`);
+    for (const [idx, slot] of SLOTS.entries()) {
+      const name = PLACES[layout][idx] ?? "";
+      byId(`field-${slot}`).hidden = name === "" || (narrowScreen.matches && idx > 1);
+      byId(`label-${slot}`).textContent = name;
+      const select = byId<HTMLSelectElement>(`actor-${slot}`);
+      const nobody = idx > 1 ? [create("option", { value: "", textContent: "Nobody" })] : [];
       select.replaceChildren(
+        ...nobody,
         ...kinds.map((value) => create("option", { value, textContent: actorLabel(value) })),
       );
-      select.value = this.#settings[side];
+      select.value = this.#settings[slot] ?? "";
     }
     for (const input of document.querySelectorAll<HTMLInputElement>("input[name=clothes]")) {
       input.checked = input.value === (clip ? "unsupported" : clothes);
@@ -70,13 +85,15 @@ export class Comparison {
       this.show();
       act();
     };
-    byId("compare").addEventListener("click", () => {
-      settings.compare = !settings.compare;
+    byId("layout").addEventListener("change", (event) => {
+      const { value } = event.target as HTMLInputElement;
+      settings.layout = LAYOUTS.find((layout) => layout === value) ?? settings.layout;
       after(() => this.#actions.setActors());
     });
-    for (const side of ["left", "right"] as const) {
-      byId<HTMLSelectElement>(`actor-${side}`).addEventListener("change", (event) => {
-        settings[side] = (event.target as HTMLSelectElement).value;
+    for (const slot of SLOTS) {
+      byId<HTMLSelectElement>(`actor-${slot}`).addEventListener("change", (event) => {
+        const { value } = event.target as HTMLSelectElement;
+        Object.assign(settings, { [slot]: value || null });
         after(() => this.#actions.setActors());
       });
     }
@@ -102,5 +119,11 @@ export class Comparison {
       settings.region = (event.target as HTMLSelectElement).value as RegionName;
       after(() => this.#actions.setPlots());
     });
+  }
+
+  /** The next way in which actors share the picture. */
+  nextLayout(): void {
+    const next = LAYOUTS[(LAYOUTS.indexOf(this.#settings.layout) + 1) % LAYOUTS.length];
+    document.querySelector<HTMLInputElement>(`input[name=layout][value=${next}]`)?.click();
   }
 }

@@ -1,7 +1,10 @@
 import { byId } from "./dom.js";
 import { showNote } from "./toast.js";
 
-/** The overlays: keys, and the settings as code, which `code` gives when it is opened. */
+/**
+ * The overlays: keys, and the settings as code, which `code` gives when it is opened. All dialogs of the
+ * page close by their button, by Escape and by a click beside them.
+ */
 export function bindDialogs(code: () => string): void {
   const keys = byId<HTMLDialogElement>("keys-dialog");
   const program = byId<HTMLDialogElement>("code-dialog");
@@ -19,7 +22,7 @@ export function bindDialogs(code: () => string): void {
     await navigator.clipboard.writeText(location.href);
     showNote("Copied", "The link to this very view is on the clipboard.");
   });
-  for (const dialog of [keys, program]) {
+  for (const dialog of document.querySelectorAll("dialog")) {
     // A click beside the card lies on the dialog itself.
     dialog.addEventListener("click", (event) => {
       if (event.target === dialog) dialog.close();

@@ -1,6 +1,7 @@
 import { GRIPS, type Grip } from "dynaskin";
 import type { ByHand } from "./by-hand.js";
 import { byId } from "./dom.js";
+import type { Place } from "./layer.js";
 import type { View } from "./view.js";
 
 /** How far an arrow key pulls, in metres. */
@@ -32,6 +33,7 @@ export class Handles {
   #hand: ByHand | null = null;
   #pointer: PointerHold | null = null;
   readonly #arrows = new Set<string>();
+  #placeM: Place = [0, 0];
 
   /** `onHold` is called when the visitor takes hold of the body. */
   constructor(view: View, onHold: () => void) {
@@ -49,7 +51,6 @@ export class Handles {
     this.#hand = hand;
     byId("grips").hidden = hand === null;
     document.body.classList.toggle("by-hand", hand !== null);
-    this.show();
   }
 
   /** Puts the keyboard's focus on the pelvis. */
@@ -57,13 +58,19 @@ export class Handles {
     byId("grip-pelvis").focus({ preventScroll: true });
   }
 
-  /** Puts the rings where their parts are in the picture. */
-  show(): void {
+  /** Puts the rings where their parts are in the picture of a body that stands away from its pose. */
+  show(placeM: Place): void {
+    this.#placeM = placeM;
     if (!this.#hand) return;
     for (const grip of GRIPS) {
-      const { xPx, yPx } = this.#view.project(this.#hand.placeOf(grip));
+      const { xPx, yPx } = this.#project(this.#hand, grip);
       byId(`grip-${grip}`).style.translate = `${xPx.toFixed(1)}px ${yPx.toFixed(1)}px`;
     }
+  }
+
+  #project(hand: ByHand, grip: Grip): ReturnType<View["project"]> {
+    const [x, y, z] = hand.placeOf(grip);
+    return this.#view.project([x + this.#placeM[0], y, z + this.#placeM[1]]);
   }
 
   #bind(grip: Grip, ring: HTMLElement): void {
@@ -72,7 +79,7 @@ export class Handles {
       event.preventDefault();
       ring.setPointerCapture(event.pointerId);
       ring.focus({ preventScroll: true });
-      const { metresPerPixel } = this.#view.project(this.#hand.placeOf(grip));
+      const { metresPerPixel } = this.#project(this.#hand, grip);
       const { pointerId, clientX: fromX, clientY: fromY } = event;
       this.#pointer = { grip, pointerId, fromX, fromY, metresPerPixel };
       this.#pull(grip, 0, 0);

@@ -13,9 +13,9 @@ export interface DemoHook {
   readonly ready: boolean;
   /** The graphics interface in use. */
   readonly backend: string;
-  /** The avatar on the screen; of two, the right one. */
+  /** The avatar on the screen; of several, the right one of a divider or the second. */
   readonly avatar: Avatar | null;
-  /** The avatar left of the divider; null where there is one alone. */
+  /** The avatar left of the divider, or the first of several; null where there is one alone. */
   readonly leftAvatar: Avatar | null;
   /** dynaskin's own model of the body, once it is there. */
   readonly model: Model | null;
@@ -58,10 +58,10 @@ export function installHook(app: App, view: View): void {
       return view.renderer.backend;
     },
     get avatar() {
-      return app.playback?.avatar ?? null;
+      return app.mainAvatar;
     },
     get leftAvatar() {
-      return app.playback?.avatars[1] ?? null;
+      return app.avatarAt("left");
     },
     get model() {
       return app.cast?.model ?? null;

@@ -8,6 +8,18 @@ import {
 } from "dynaskin/renderer";
 import { showLoss } from "./loss.js";
 
+/** A displacement on the floor: along x and z of the world, in metres. */
+export type Place = readonly [xM: number, zM: number];
+
+/** What a picture shows of an actor. */
+export interface Appearance {
+  avatar: Avatar;
+  /** What the heat map colours it by: offsets of every vertex, metres; null: the avatar's own. */
+  heatM: Float32Array | null;
+  /** Where it stands, from where its pose is. */
+  placeM: Place;
+}
+
 /** Largest ratio of canvas pixels to page pixels; phones have up to 4, at four times the cost. */
 const MAX_PIXEL_RATIO = 2;
 
@@ -18,13 +30,14 @@ const BACKGROUNDS: Record<"light" | "dark", { center: Colour; edge: Colour }> = 
 };
 const darkScheme = matchMedia("(prefers-color-scheme: dark)");
 
-/** One canvas with one actor. Two of them, one clipped, make a split picture. */
+/** One canvas with one actor or some beside each other. Two canvases, one clipped, make a split picture. */
 export class Layer {
   readonly renderer: Renderer;
   readonly canvas: HTMLCanvasElement;
   /** Called when the picture is empty after a loss and has to be drawn again. */
   onRecovered: () => void = () => {};
-  #body: BodyHandle | null = null;
+  #shown: Body | null = null;
+  #bodies: BodyHandle[] = [];
 
   private constructor(canvas: HTMLCanvasElement, renderer: Renderer) {
     this.canvas = canvas;
@@ -69,29 +82,28 @@ export class Layer {
     return new Layer(canvas, renderer);
   }
 
-  /** The body as the renderer knows it. */
-  get body(): BodyHandle | null {
-    return this.#body;
+  /** The actors' bodies as the renderer knows them. */
+  get bodies(): readonly BodyHandle[] {
+    return this.#bodies;
   }
 
-  /** Shows another body instead of the present one. */
-  setBody(body: Body): void {
-    const before = this.#body;
-    this.#body = this.renderer.addBody(body);
-    before?.remove();
+  /** Shows so many actors with a body, instead of those that were there. */
+  setBodies(body: Body, count: number): void {
+    if (body === this.#shown && count === this.#bodies.length) return;
+    const before = this.#bodies;
+    this.#bodies = Array.from({ length: count }, () => this.renderer.addBody(body));
+    this.#shown = body;
+    for (const handle of before) handle.remove();
   }
 
-  /**
-   * Hands a surface and its pose to the graphics card; the heat map shows `heatM` (offsets of every
-   * vertex, metres) where it is given, otherwise the avatar's own offsets.
-   */
-  upload(avatar: Avatar, heatM: Float32Array | null): void {
-    if (!heatM) {
-      this.#body?.update(avatar);
-      return;
+  /** Hands the present surfaces of all actors to the graphics card. */
+  upload(appearances: readonly Appearance[]): void {
+    for (const [idx, { avatar, heatM, placeM }] of appearances.entries()) {
+      const { positions, normals, offsets, skinMatrices } = avatar;
+      const handle = this.#bodies[idx];
+      handle?.setPlacement({ positionM: [placeM[0], 0, placeM[1]] });
+      handle?.update({ positions, normals, skinMatrices, offsets: heatM ?? offsets });
     }
-    const { positions, normals, skinMatrices } = avatar;
-    this.#body?.update({ positions, normals, skinMatrices, offsets: heatM });
   }
 
   /** Draws one picture. */

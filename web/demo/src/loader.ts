@@ -1,9 +1,9 @@
 import { load } from "dynaskin";
-import { actorLabel } from "./actors.js";
+import { actorLabel, shownActors } from "./actors.js";
 import { Cast } from "./cast.js";
 import type { LoadingBar } from "./loading.js";
 import type { Program } from "./program.js";
-import type { Settings } from "./settings.js";
+import { DEFAULTS, type Settings } from "./settings.js";
 import { showError } from "./toast.js";
 import { loadClip } from "./truth.js";
 import type { View } from "./view.js";
@@ -20,6 +20,14 @@ export interface LoaderActions {
   downloaded(megabytes: number): void;
 }
 
+/** The settings that say who is on the screen, and in which clip. */
+const ACTOR_SETTINGS = ["layout", "left", "right", "third", "fourth", "clip"] as const;
+
+function pick(settings: Settings): Pick<Settings, (typeof ACTOR_SETTINGS)[number]> {
+  const { layout, left, right, third, fourth, clip } = settings;
+  return { layout, left, right, third, fourth, clip };
+}
+
 /** Fetches bodies, networks and clips for the settings. A failure leaves what plays as it was. */
 export class Loader {
   readonly #settings: Settings;
@@ -28,7 +36,7 @@ export class Loader {
   readonly #loading: LoadingBar;
   readonly #actions: LoaderActions;
   /** The settings that the present actors and clip came from, to go back to. */
-  #shown: Pick<Settings, "compare" | "left" | "right" | "clip">;
+  #shown: Pick<Settings, (typeof ACTOR_SETTINGS)[number]>;
   /** Stops the latest download of a model, and that of other networks and clips. */
   #download: AbortController | null = null;
   #recasting: AbortController | null = null;
@@ -45,13 +53,12 @@ export class Loader {
     this.#view = view;
     this.#loading = loading;
     this.#actions = actions;
-    this.#shown = { compare: false, left: "linear", right: "dynaskin", clip: null };
+    this.#shown = pick(DEFAULTS);
   }
 
   /** Takes note that the settings' actors are on the screen now. */
   remember(): void {
-    const { compare, left, right, clip } = this.#settings;
-    this.#shown = { compare, left, right, clip };
+    this.#shown = pick(this.#settings);
   }
 
   /**
@@ -119,10 +126,10 @@ export class Loader {
 
   /** Fetches what the settings' actors and clip need. */
   async #prepare(cast: Cast, signal: AbortSignal): Promise<void> {
-    const { clip, compare, left, right } = this.#settings;
+    const { clip, layout } = this.#settings;
     const present = this.#program.truth?.name === clip ? this.#program.truth : null;
     const truth = present ?? (clip === null ? null : await loadClip(clip, cast.body, signal));
-    for (const kind of compare ? [right, left] : [right]) {
+    for (const { kind } of shownActors(this.#settings)) {
       await cast.prepare(kind, {
         signal,
         onProgress: (loaded, total) => {
@@ -132,7 +139,7 @@ export class Loader {
         },
       });
     }
-    if (compare) await this.#view.openLeft();
+    if (layout === "wipe") await this.#view.openLeft();
     signal.throwIfAborted();
     this.#program.truth = truth;
   }
@@ -157,8 +164,7 @@ export class Loader {
   #explainActors(signal: AbortSignal, error: unknown): void {
     if (signal.aborted) return;
     showError("That comparison could not be loaded", error);
-    const { compare, left, right, clip } = this.#shown;
-    Object.assign(this.#settings, { compare, left, right, clip });
+    Object.assign(this.#settings, this.#shown);
     this.#actions.restored();
   }
 }

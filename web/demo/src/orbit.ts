@@ -1,7 +1,9 @@
 const MIN_DISTANCE_M = 0.5;
 const MAX_DISTANCE_M = 9;
 const RADIANS_PER_PIXEL = 0.006;
-const START = { yawRadians: 0.38, pitchRadians: 0.1, distanceM: 3.8, heightM: 0.86 };
+/** The angle around +Y at which the page starts. */
+export const START_YAW_RADIANS = 0.38;
+const START = { yawRadians: START_YAW_RADIANS, pitchRadians: 0.1, distanceM: 3.8, heightM: 0.86 };
 
 /** A camera on a sphere around the body: drag orbits, wheel and pinch zoom, two fingers shift. */
 export class OrbitCamera {
@@ -9,8 +11,10 @@ export class OrbitCamera {
   yawRadians = START.yawRadians;
   /** Angle above the horizon. */
   pitchRadians = START.pitchRadians;
-  /** From the target. */
+  /** From the target, as the visitor chose it. */
   distanceM = START.distanceM;
+  /** Factor on the distance, for pictures that have to show more. */
+  retreat = 1;
   /** Height of the target over the floor. */
   heightM = START.heightM;
   /** The floor point under the target, which follows the body. */
@@ -57,6 +61,11 @@ export class OrbitCamera {
     this.floorM.z += (zM - this.floorM.z) * share;
   }
 
+  /** From the target to the camera, in metres. */
+  get reachM(): number {
+    return this.distanceM * this.retreat;
+  }
+
   /** What the camera looks at, in the world, in metres. */
   get targetWorldM(): [number, number, number] {
     return [this.floorM.x, this.heightM, this.floorM.z];
@@ -65,10 +74,10 @@ export class OrbitCamera {
   /** Where the camera is, in the world, in metres; never below the floor. */
   get eyeWorldM(): [number, number, number] {
     const [x, y, z] = this.targetWorldM;
-    const flat = this.distanceM * Math.cos(this.pitchRadians);
+    const flat = this.reachM * Math.cos(this.pitchRadians);
     return [
       x + flat * Math.sin(this.yawRadians),
-      Math.max(0.06, y + this.distanceM * Math.sin(this.pitchRadians)),
+      Math.max(0.06, y + this.reachM * Math.sin(this.pitchRadians)),
       z + flat * Math.cos(this.yawRadians),
     ];
   }

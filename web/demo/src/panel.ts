@@ -1,8 +1,9 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
 import { BY_HAND } from "./by-hand.js";
 import { byId, create } from "./dom.js";
+import { lessMotion } from "./less-motion.js";
 import { findMotion, MOTION_NAMES, MOTIONS, type MotionChoice, motionLabel } from "./motions.js";
-import type { Settings } from "./settings.js";
+import { FACTOR, type Settings } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
 import { CLIP_NAMES, clipLabel } from "./truth.js";
 
@@ -17,12 +18,13 @@ export interface PanelActions {
   setHud(): void;
   setSpeed(): void;
   setPaused(): void;
-  setStrength(strength: number): void;
-  setRegionGain(region: RegionName, gain: number): void;
+  setTuning(): void;
   stepFrame(): void;
   seek(timeSeconds: number): void;
   resetView(): void;
   copyHud(): void;
+  /** Shows actors alone, under a divider or beside each other: the next of these. */
+  nextLayout(): void;
   /** Puts the keyboard's focus on the body that is moved by hand. */
   focusBody(): void;
   /** Shows one actor alone; null: both again. */
@@ -73,6 +75,7 @@ export class Panel {
     const play = byId("play");
     play.classList.toggle("paused", paused);
     play.setAttribute("aria-label", paused ? "Play" : "Pause");
+    byId("still-note").hidden = !(paused && lessMotion.matches);
     for (const input of document.querySelectorAll<HTMLInputElement>("input[name=sex]")) {
       input.checked = input.value === sex;
     }
@@ -222,16 +225,33 @@ export class Panel {
     toggle("heat", "heat", () => this.#actions.setHeat());
     toggle("hud-toggle", "hud", () => this.#actions.setHud());
     byId("hud-copy").addEventListener("click", () => this.#actions.copyHud());
-    const range = { min: 0, max: 2, step: 0.05, value: 1, format: percent };
-    const strength = createSlider({
-      ...{ id: "strength-all", label: "Strength", ...range },
-      onInput: (value) => this.#actions.setStrength(value),
+    const settings = this.#settings;
+    const factor = (id: string, label: string, now: number, apply: (value: number) => void) => {
+      const [min, value, max] = FACTOR;
+      const onInput = (next: number) => {
+        apply(next);
+        this.#actions.setTuning();
+      };
+      const slider = createSlider({
+        id,
+        label,
+        min,
+        max,
+        step: 0.05,
+        value,
+        format: percent,
+        onInput,
+      });
+      slider.set(now);
+      return slider;
+    };
+    const strength = factor("strength-all", "Strength", settings.strength, (value) => {
+      settings.strength = value;
     });
     fillSliders("strength", [strength]);
     const regions = REGION_NAMES.map((region) =>
-      createSlider({
-        ...{ id: `region-${region}`, label: regionLabel(region), ...range },
-        onInput: (value) => this.#actions.setRegionGain(region, value),
+      factor(`region-${region}`, regionLabel(region), settings.gains[region] ?? 1, (value) => {
+        settings.gains[region] = value;
       }),
     );
     fillSliders("regions", regions);
@@ -283,7 +303,7 @@ export class Panel {
       m: () => byId("heat").click(),
       t: () => byId("hud-toggle").click(),
       r: () => this.#actions.resetView(),
-      c: () => byId("compare").click(),
+      c: () => this.#actions.nextLayout(),
       x: () => byId("swap").click(),
       a: () => this.#actions.hold("left"),
       b: () => this.#actions.hold("right"),
@@ -291,6 +311,7 @@ export class Panel {
       p: () => byId("picture").click(),
       v: () => byId("record").click(),
       u: () => byId("code-open").click(),
+      k: () => byId("benchmark-open").click(),
       h: () => this.#takeInHand(),
       "?": () => byId("keys-open").click(),
     };

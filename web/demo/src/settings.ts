@@ -1,10 +1,21 @@
 import { REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
 import { type ActorKind, actorsOf } from "./actors.js";
+import { lessMotion } from "./less-motion.js";
 import { findMotion, MOTION_NAMES, type MotionName } from "./motions.js";
 import { CLIP_NAMES } from "./truth.js";
 
 /** The playback speeds that can be chosen. */
 const SPEEDS = [0.1, 0.25, 0.5, 1];
+
+/** How the actors share the picture. */
+export const LAYOUTS = ["one", "wipe", "side"] as const;
+export type Layout = (typeof LAYOUTS)[number];
+
+/** A landing of the usual jump: what a page that may not move shows of it. */
+const LANDING_SECONDS = 1.85;
+
+/** Lowest, usual and highest factor on offsets. */
+export const FACTOR = [0, 1, 2] as const;
 
 /** Which body. */
 export type Sex = "female" | "male";
@@ -23,12 +34,15 @@ export interface Settings {
   heightM: number | null;
   /** Name of the ground-truth clip that plays instead of the motion; null: none. */
   clip: string | null;
-  /** Whether two actors share the picture. */
-  compare: boolean;
-  /** The actor left of the divider. */
+  /** One actor, two under a divider, or up to four beside each other. */
+  layout: Layout;
+  /** The actor left of the divider, or the first of those beside each other. */
   left: ActorKind;
-  /** The actor right of the divider, and the only one without it. */
+  /** The actor right of the divider, the second of those beside each other, or the only one. */
   right: ActorKind;
+  /** Further actors beside these; null: none. */
+  third: ActorKind | null;
+  fourth: ActorKind | null;
   /** Where the divider is: share of the picture's free width. */
   split: number;
   /** What the body wears: sportswear holds chest and hips. */
@@ -41,6 +55,12 @@ export interface Settings {
   region: RegionName;
   /** Yaw and pitch (radians), distance and height (metres) of the camera; null: as at the start. */
   camera: number[] | null;
+  /** Factor on all offsets. */
+  strength: number;
+  /** Factors on the offsets of regions, where they are not 1. */
+  gains: Partial<Record<RegionName, number>>;
+  /** Where a motion that stands still stands, in seconds; null: it plays, or has no timeline. */
+  timeSeconds: number | null;
   /** Whether the network moves the skin. */
   dynamics: boolean;
   /** Whether the body shows its offsets as colours. */
@@ -59,19 +79,24 @@ export interface Settings {
 export const DEFAULTS: Settings = {
   sex: "female",
   shape: new Array<number>(SHAPE_LENGTH).fill(0),
-  motion: "hop",
+  motion: "jump",
   tempoHz: null,
   heightM: null,
   clip: null,
-  compare: false,
+  layout: "side",
   left: "linear",
   right: "dynaskin",
+  third: null,
+  fourth: null,
   split: 0.5,
   clothes: "sportswear",
   heatOf: "offset",
   plots: false,
   region: "chest",
   camera: null,
+  strength: 1,
+  gains: {},
+  timeSeconds: null,
   dynamics: true,
   heat: false,
   hud: false,
@@ -105,13 +130,17 @@ export function readSettings(search: string): Settings {
   const sex = oneOf("sex", ["female", "male"], DEFAULTS.sex);
   const clip = sex === "female" ? oneOf("clip", CLIP_NAMES, "") || null : null;
   const actors = actorsOf(sex, clip !== null);
+  const showsStill =
+    lessMotion.matches && !query.has("paused") && clip === null && motion === DEFAULTS.motion;
   const camera = (query.get("camera") ?? "").split(",").map(Number.parseFloat);
   return {
     sex,
     clip,
-    compare: flag("compare", DEFAULTS.compare),
+    layout: oneOf("view", LAYOUTS, DEFAULTS.layout),
     left: oneOf("left", actors, DEFAULTS.left),
     right: oneOf("right", actors, DEFAULTS.right),
+    third: oneOf("third", actors, "") || null,
+    fourth: oneOf("fourth", actors, "") || null,
     split: inRange("split", [0, 0, 1]) ?? DEFAULTS.split,
     clothes: oneOf("clothes", ["sportswear", "unsupported"], DEFAULTS.clothes),
     heatOf: query.get("heat") === "error" ? "error" : "offset",
@@ -125,13 +154,30 @@ export function readSettings(search: string): Settings {
     motion,
     tempoHz: inRange("tempo", choice?.tempoHz),
     heightM: inRange("height", choice?.heightM),
+    strength: inRange("strength", FACTOR) ?? DEFAULTS.strength,
+    gains: readGains(query.get("gains") ?? ""),
+    timeSeconds: inRange("time", [0, 0, 3600]) ?? (showsStill ? LANDING_SECONDS : null),
     dynamics: flag("dynamics", DEFAULTS.dynamics),
     heat: query.get("heat") === "error" || flag("heat", DEFAULTS.heat),
     hud: flag("hud", DEFAULTS.hud),
     speed: nearest(SPEEDS, number("speed") ?? DEFAULTS.speed),
-    paused: flag("paused", matchMedia("(prefers-reduced-motion: reduce)").matches),
+    paused: flag("paused", lessMotion.matches),
     backend: oneOf("backend", ["auto", "webgpu", "webgl2"], DEFAULTS.backend),
   };
+}
+
+/** Reads `chest:0.5,belly:2`. */
+function readGains(text: string): Settings["gains"] {
+  const gains: Settings["gains"] = {};
+  for (const part of text.split(",")) {
+    const [name, value] = part.split(":");
+    const region = REGION_NAMES.find((known) => known === name);
+    const gain = Number.parseFloat(value ?? "");
+    if (region && Number.isFinite(gain)) {
+      gains[region] = Math.max(FACTOR[0], Math.min(FACTOR[2], gain));
+    }
+  }
+  return gains;
 }
 
 function nearest(values: readonly number[], wanted: number): number {
@@ -155,18 +201,28 @@ export function writeSettings(settings: Settings): string {
   put("tempo", settings.tempoHz, null);
   put("height", settings.heightM, null);
   put("clip", settings.clip, null);
-  if (settings.compare) query.set("compare", "1");
+  put("view", settings.layout, DEFAULTS.layout);
   put("left", settings.left, DEFAULTS.left);
   put("right", settings.right, DEFAULTS.right);
+  put("third", settings.third, null);
+  put("fourth", settings.fourth, null);
   put("split", +settings.split.toFixed(3), DEFAULTS.split);
   put("clothes", settings.clothes, DEFAULTS.clothes);
   if (settings.plots) query.set("plots", "1");
   put("region", settings.region, DEFAULTS.region);
   if (settings.camera) query.set("camera", settings.camera.map((n) => +n.toFixed(2)).join(","));
+  put("strength", settings.strength, DEFAULTS.strength);
+  const gains = Object.entries(settings.gains).filter(([, gain]) => gain !== 1);
+  if (gains.length > 0) {
+    query.set("gains", gains.map(([region, gain]) => `${region}:${gain}`).join(","));
+  }
   if (!settings.dynamics) query.set("dynamics", "0");
   if (settings.heat) query.set("heat", settings.heatOf === "error" ? "error" : "1");
   if (settings.hud) query.set("hud", "1");
   put("speed", settings.speed, DEFAULTS.speed);
   if (settings.paused) query.set("paused", "1");
+  if (settings.paused && settings.timeSeconds !== null) {
+    query.set("time", settings.timeSeconds.toFixed(3));
+  }
   return query.size > 0 ? `?${query}` : "";
 }

@@ -1,25 +1,30 @@
-import type { Avatar, RegionName } from "dynaskin";
-import type { ActorKind } from "./actors.js";
+import { type Avatar, REGION_NAMES } from "dynaskin";
+import { type Shown, SLOTS } from "./actors.js";
 import type { Cast } from "./cast.js";
+import type { Appearance, Place } from "./layer.js";
 import { RegionMeasures } from "./measures.js";
+import { START_YAW_RADIANS } from "./orbit.js";
 import type { AfterStep } from "./playing.js";
 import type { Program } from "./program.js";
 import type { Settings } from "./settings.js";
 import { type Sample, Traces } from "./traces.js";
-import type { Appearance } from "./view.js";
 
 /** What is shown lies a tick behind the skeleton, so ground truth is shown and compared there, too. */
 const DELAY_SECONDS = 1 / 60;
 
+/** From one actor to the next where they stand beside each other: along x and z of the world, metres. */
+const STEP_M = ((apartM) => [
+  apartM * Math.cos(START_YAW_RADIANS),
+  -apartM * Math.sin(START_YAW_RADIANS),
+])(0.95) as [number, number];
+
 /** The actors while they move: how they are tuned, what is measured on them, how they look. */
 export class Stage {
   readonly traces = new Traces();
-  /** What the sliders of the tissue say. */
-  readonly tuning = { strength: 1, gains: new Map<RegionName, number>() };
   readonly #settings: Settings;
   readonly #program: Program;
-  readonly #kinds = new WeakMap<Avatar, ActorKind>();
-  /** Differences from ground truth of the right and the left actor, for the heat map. */
+  readonly #shown = new WeakMap<Avatar, Shown>();
+  /** Differences from ground truth of each actor, for the heat map. */
   readonly #errorsM: Float32Array[] = [];
   #measures: RegionMeasures | null = null;
   #measuredCast: Cast | null = null;
@@ -30,17 +35,17 @@ export class Stage {
   }
 
   /** Makes avatars for actors, tuned; all or none. */
-  createAvatars(cast: Cast, kinds: readonly ActorKind[]): Avatar[] {
+  createAvatars(cast: Cast, shown: readonly Shown[]): Avatar[] {
     if (cast !== this.#measuredCast) {
       this.#measures = new RegionMeasures(cast.body);
       this.#measuredCast = cast;
     }
     const made: Avatar[] = [];
     try {
-      for (const kind of kinds) {
-        const avatar = cast.createAvatar(kind, this.#program.shape);
+      for (const actor of shown) {
+        const avatar = cast.createAvatar(actor.kind, this.#program.shape);
         made.push(avatar);
-        this.#kinds.set(avatar, kind);
+        this.#shown.set(avatar, actor);
         this.tune(avatar);
       }
     } catch (error) {
@@ -52,14 +57,14 @@ export class Stage {
 
   /** Gives an avatar the settings that are its own. */
   tune(avatar: Avatar): void {
-    const { clothes, clip, dynamics } = this.#settings;
+    const { clothes, clip, dynamics, strength, gains } = this.#settings;
     avatar.setControls(clip === null && clothes === "sportswear" ? clothes : "as-predicted");
     const { regions } = avatar.controls;
-    for (const [region, gain] of this.tuning.gains) {
-      avatar.setRegionGain(region, regions[region].gain * gain);
+    for (const region of REGION_NAMES) {
+      avatar.setRegionGain(region, regions[region].gain * (gains[region] ?? 1));
     }
     // The networks run on, so that both states of the same moment can be compared.
-    avatar.strength = dynamics ? this.tuning.strength : 0;
+    avatar.strength = dynamics ? strength : 0;
   }
 
   /** Whether the heat map shows the error. */
@@ -72,23 +77,37 @@ export class Stage {
     const truth = this.#program.file ? null : this.#program.truth;
     truth?.moveTo(timeSeconds - DELAY_SECONDS);
     for (const avatar of avatars) {
-      if (truth && this.#kinds.get(avatar) === "truth") avatar.showOffsets(truth.offsets);
+      if (truth && this.#shown.get(avatar)?.kind === "truth") avatar.showOffsets(truth.offsets);
     }
     if (this.#settings.plots) this.traces.add(this.#sample(avatars, timeSeconds), isFirst);
   };
 
-  /** How the actors look now: the right one, then the left one where there are two. */
+  /**
+   * How far each of so many actors stands from where its pose is: along x and z of the world, in metres.
+   * The row is parallel to the picture that the page starts with.
+   */
+  placesM(count: number): Place[] {
+    const apart = this.#settings.layout === "side" ? 1 : 0;
+    return Array.from({ length: count }, (_, idx) => {
+      const steps = apart * (idx - (count - 1) / 2);
+      return [steps * STEP_M[0], steps * STEP_M[1]];
+    });
+  }
+
+  /** How the actors look now, in the order of the avatars. */
   appearances(avatars: readonly Avatar[]): Appearance[] {
     const truthM = this.showsError && this.#settings.heat ? this.#truthM : null;
+    const places = this.placesM(avatars.length);
     return avatars.map((avatar, idx) => {
-      if (!truthM) return { avatar, heatM: null };
+      const placeM = places[idx] ?? [0, 0];
+      if (!truthM) return { avatar, heatM: null, placeM };
       const { offsets } = avatar;
       const errorM = this.#errorsM[idx] ?? new Float32Array(offsets.length);
       this.#errorsM[idx] = errorM;
       for (let at = 0; at < offsets.length; at += 1) {
         errorM[at] = (offsets[at] ?? 0) - (truthM[at] ?? 0);
       }
-      return { avatar, heatM: errorM };
+      return { avatar, heatM: errorM, placeM };
     });
   }
 
@@ -96,17 +115,20 @@ export class Stage {
     return this.#program.file ? null : (this.#program.truth?.offsets ?? null);
   }
 
-  #sample([right, left]: readonly Avatar[], timeSeconds: number): Sample {
+  #sample(avatars: readonly Avatar[], timeSeconds: number): Sample {
     const { region } = this.#settings;
     const truthM = this.#truthM;
-    const heightMm = (avatar: Avatar | undefined) =>
-      avatar ? (this.#measures?.heightMm(region, avatar.offsets) ?? null) : null;
-    const errorMm = (avatar: Avatar | undefined) =>
-      avatar && truthM ? (this.#measures?.errorMm(region, avatar.offsets, truthM) ?? null) : null;
+    const measure = (of: (avatar: Avatar) => number | undefined) =>
+      SLOTS.map((slot) => {
+        const avatar = avatars.find((candidate) => this.#shown.get(candidate)?.slot === slot);
+        return (avatar && of(avatar)) ?? null;
+      });
     return {
       timeSeconds,
-      heightMm: [heightMm(left), heightMm(right)],
-      errorMm: [errorMm(left), errorMm(right)],
+      heightMm: measure(({ offsets }) => this.#measures?.heightMm(region, offsets)),
+      errorMm: measure(({ offsets }) =>
+        truthM ? this.#measures?.errorMm(region, offsets, truthM) : undefined,
+      ),
     };
   }
 }

@@ -1,5 +1,6 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { actorLabel, type Shown, SLOTS } from "./actors.js";
 import { byId, create } from "./dom.js";
 
 /** Seconds of motion that the plots show. */
@@ -7,11 +8,11 @@ const WINDOW_SECONDS = 4;
 const REDRAW_MS = 80;
 const HEIGHT_PX = 104;
 
-/** One moment: of the left and the right actor, in millimetres; null where there is none. */
+/** One moment: of each actor in the order of {@link SLOTS}, in millimetres; null where there is none. */
 export interface Sample {
   timeSeconds: number;
-  heightMm: [left: number | null, right: number | null];
-  errorMm: [left: number | null, right: number | null];
+  heightMm: (number | null)[];
+  errorMm: (number | null)[];
 }
 
 const colour = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name);
@@ -29,14 +30,17 @@ export class Traces {
     new ResizeObserver(() => this.#resize()).observe(byId("plots"));
   }
 
-  /** Says what is plotted: the region and the actors, `left` being null where there is one alone. */
-  describe(region: string, left: string | null, right: string, hasTruth: boolean): void {
+  /** Says what is plotted: the region and the actors. */
+  describe(region: string, shown: readonly Shown[], hasTruth: boolean): void {
     byId("plot-height-title").textContent = `${region}, up and down against the bone (mm)`;
     byId("plot-error-title").textContent = `${region}, mean distance from ground truth (mm)`;
     byId("plot-error").hidden = !hasTruth;
     byId("plot-error-head").hidden = !hasTruth;
-    const names = left === null ? [] : [this.#key("left", left)];
-    byId("plot-names").replaceChildren(...names, this.#key("right", right));
+    byId("plot-names").replaceChildren(
+      ...shown.map(({ slot, kind }) =>
+        create("span", { className: `of-${slot}`, textContent: actorLabel(kind) }),
+      ),
+    );
     this.#resize();
   }
 
@@ -64,24 +68,23 @@ export class Traces {
     const times = this.#samples.map(({ timeSeconds }) => timeSeconds);
     const end = times.at(-1) ?? 0;
     for (const { plot, key } of this.#plots) {
-      const line = (side: 0 | 1) => this.#samples.map((sample) => sample[key][side]);
-      plot.setData([times, line(0), line(1)], false);
+      const lines = SLOTS.map((_, slot) =>
+        this.#samples.map((sample) => sample[key][slot] ?? null),
+      );
+      plot.setData([times, ...lines], false);
       plot.batch(() => {
         plot.setScale("x", { min: end - WINDOW_SECONDS, max: end });
-        plot.setScale("y", rangeOf([...line(0), ...line(1)], key === "errorMm"));
+        plot.setScale("y", rangeOf(lines.flat(), key === "errorMm"));
       });
-      const value = (side: 0 | 1) => this.#samples.at(-1)?.[key][side];
-      const texts = [value(0), value(1)].map((mm) => (mm == null ? "" : `${mm.toFixed(1)} mm`));
+      const now = this.#samples.at(-1)?.[key] ?? [];
       byId(key === "heightMm" ? "plot-height-now" : "plot-error-now").replaceChildren(
-        ...texts.map((textContent, side) =>
-          create("span", { textContent, className: side === 0 ? "of-left" : "of-right" }),
-        ),
+        ...SLOTS.flatMap((slot, idx) => {
+          const mm = now[idx] ?? null;
+          if (mm === null) return [];
+          return [create("span", { textContent: `${mm.toFixed(1)} mm`, className: `of-${slot}` })];
+        }),
       );
     }
-  }
-
-  #key(side: "left" | "right", name: string): HTMLElement {
-    return create("span", { className: `of-${side}`, textContent: name });
   }
 
   #build(): void {
@@ -108,11 +111,14 @@ export class Traces {
           ],
           series: [
             {},
-            { stroke: colour("--left"), width: 1.75, points: { show: false } },
-            { stroke: colour("--right"), width: 1.75, points: { show: false } },
+            ...SLOTS.map((slot) => ({
+              stroke: colour(`--${slot}`),
+              width: 1.75,
+              points: { show: false },
+            })),
           ],
         },
-        [[], [], []],
+        [[], ...SLOTS.map(() => [])],
         holder,
       );
       this.#plots.push({ plot, key });

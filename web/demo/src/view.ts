@@ -1,12 +1,16 @@
-import type { Avatar, Body } from "dynaskin";
+import type { Body } from "dynaskin";
 import type { Backend, BodyHandle, Camera, Renderer } from "dynaskin/renderer";
 import { byId } from "./dom.js";
-import { Layer } from "./layer.js";
+import { type Appearance, Layer } from "./layer.js";
+import { narrowScreen } from "./narrow.js";
 import { OrbitCamera } from "./orbit.js";
 
-/** Width below which the panel is a sheet at the bottom; as in layout.css. */
-const narrowScreen = matchMedia("(max-width: 760px), (max-height: 560px)");
+/** Vertical angle of view, in radians. */
+const FOV_Y_RADIANS = 0.6;
+/** Widths over heights of a picture in which one body has room, and what each further one needs. */
+const ASPECT = { one: 0.62, row: 0.54, further: 0.4 };
 const PANEL_WIDTH_PX = 348;
+const READINGS_WIDTH_PX = 302;
 const SHEET_HEIGHT_PX = 160;
 
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
@@ -22,14 +26,7 @@ function add(a: Vector, b: Vector): Vector {
   return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 }
 
-/** What a picture shows of an actor. */
-export interface Appearance {
-  avatar: Avatar;
-  /** What the heat map colours it by: offsets of every vertex, metres; null: the avatar's own. */
-  heatM: Float32Array | null;
-}
-
-/** The picture: one actor, or two of them left and right of a divider, seen by one camera. */
+/** The picture: actors beside each other, or two of them left and right of a divider; one camera. */
 export class View {
   readonly camera: OrbitCamera;
   readonly #main: Layer;
@@ -65,9 +62,9 @@ export class View {
     return this.#main.renderer;
   }
 
-  /** The right actor's body as the renderer knows it. */
-  get body(): BodyHandle | null {
-    return this.#main.body;
+  /** The bodies of the actors beside each other, or of the right one, as the renderer knows them. */
+  get bodies(): readonly BodyHandle[] {
+    return this.#main.bodies;
   }
 
   /** The canvases that the picture is made of, from the bottom up, and where each begins and ends. */
@@ -86,15 +83,16 @@ export class View {
     this.#left = layer;
     layer.onRecovered = () => this.#forgetPicture();
     layer.renderer.setHeatMap(this.#heatRangeMm);
-    if (this.#shown) layer.setBody(this.#shown);
+    if (this.#shown) layer.setBodies(this.#shown, 1);
     this.setLeftShare(this.#leftShare);
   }
 
-  /** Shows another body instead of the present one. */
-  setBody(body: Body): void {
+  /** Shows a body, so many times beside each other. */
+  setBodies(body: Body, beside: number): void {
     this.#shown = body;
-    this.#main.setBody(body);
-    this.#left?.setBody(body);
+    this.#main.setBodies(body, beside);
+    this.#left?.setBodies(body, 1);
+    this.#drawn = "";
   }
 
   /** Colours the bodies from 0 to so many millimetres; null: as they are painted. */
@@ -113,10 +111,10 @@ export class View {
     this.#drawn = "";
   }
 
-  /** Hands the actors' present surfaces to the graphics card. */
-  upload(right: Appearance, left: Appearance | null): void {
-    if (this.#leftShare < 1) this.#main.upload(right.avatar, right.heatM);
-    if (left && this.#leftShare > 0) this.#left?.upload(left.avatar, left.heatM);
+  /** Hands the actors' present surfaces to the graphics card; `left` is the one of the divider. */
+  upload(main: readonly Appearance[], left: Appearance | null): void {
+    if (this.#leftShare < 1) this.#main.upload(main);
+    if (left && this.#leftShare > 0) this.#left?.upload([left]);
   }
 
   /** Whether the camera, the window or the colour scheme has changed since the last picture. */
@@ -169,12 +167,16 @@ export class View {
   }
 
   get #camera(): Camera {
-    const fovYRadians = this.#fovYRadians;
+    const fovYRadians = FOV_Y_RADIANS;
+    this.camera.retreat = this.#retreat;
     // Pixels of the canvas to metres at the body.
     const height = Math.max(1, this.#main.canvas.clientHeight);
-    const metresPerPixel = (2 * this.camera.distanceM * Math.tan(fovYRadians / 2)) / height;
+    const metresPerPixel = (2 * this.camera.reachM * Math.tan(fovYRadians / 2)) / height;
     const { right, bottom } = coveredPixels();
-    const shift = this.camera.shiftM((right / 2) * metresPerPixel, (-bottom / 2) * metresPerPixel);
+    const shift = this.camera.shiftM(
+      ((right - this.#coveredLeftPx) / 2) * metresPerPixel,
+      (-bottom / 2) * metresPerPixel,
+    );
     return {
       eyeWorldM: add(this.camera.eyeWorldM, shift),
       targetWorldM: add(this.camera.targetWorldM, shift),
@@ -182,10 +184,20 @@ export class View {
     };
   }
 
-  /** On upright screens the body must fit the width, so the vertical angle grows. */
-  get #fovYRadians(): number {
+  /** What plots and timings cover of a row of actors. */
+  get #coveredLeftPx(): number {
+    if (this.#main.bodies.length < 2 || narrowScreen.matches) return 0;
+    return byId("plots").hidden && byId("hud").hidden ? 0 : READINGS_WIDTH_PX;
+  }
+
+  /** How much further away the camera must be for all actors to fit the width that is free. */
+  get #retreat(): number {
     const { clientWidth, clientHeight } = this.#main.canvas;
-    const aspect = clientWidth / Math.max(1, clientHeight);
-    return 2 * Math.atan(Math.tan(0.3) * Math.max(1, 0.62 / aspect));
+    const further = Math.max(0, this.#main.bodies.length - 1);
+    // One body may stand partly behind the panel's edge; a row may not.
+    const covered = further > 0 ? coveredPixels().right + this.#coveredLeftPx : 0;
+    const aspect = Math.max(1, clientWidth - covered) / Math.max(1, clientHeight);
+    const wanted = further > 0 ? ASPECT.row + further * ASPECT.further : ASPECT.one;
+    return Math.max(1, wanted / aspect);
   }
 }

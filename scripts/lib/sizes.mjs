@@ -1,0 +1,106 @@
+// What the demo's static build weighs, by part, held against a budget.
+import { readdirSync, readFileSync, statSync } from "node:fs";
+import { extname, join, relative, sep } from "node:path";
+import { promisify } from "node:util";
+import { brotliCompress, constants } from "node:zlib";
+
+const compress = promisify(brotliCompress);
+
+/** A notch below the highest quality, which takes minutes for a core of 7 MB and saves a twentieth. */
+const BROTLI = {
+  params: { [constants.BROTLI_PARAM_QUALITY]: 9, [constants.BROTLI_PARAM_LGWIN]: 24 },
+};
+
+/**
+ * The parts, in the order of the table, and which files belong to each: the first part that knows a
+ * file has it. `firstView` marks what the page loads before a visitor touches it.
+ *
+ * @type {{ name: string, has: (path: string) => boolean, firstView: boolean }[]}
+ */
+export const PARTS = [
+  { name: "html", has: (path) => path.endsWith(".html"), firstView: true },
+  { name: "js", has: (path) => path.endsWith(".js"), firstView: true },
+  { name: "css", has: (path) => path.endsWith(".css"), firstView: true },
+  { name: "icon", has: (path) => path.endsWith(".svg"), firstView: true },
+  { name: "core wasm", has: (path) => /(^|\/)core_bg.*\.wasm$/.test(path), firstView: true },
+  { name: "renderer wasm", has: (path) => /renderer_bg.*\.wasm$/.test(path), firstView: true },
+  { name: "female model", has: isModelFile("female"), firstView: true },
+  { name: "male model", has: isModelFile("male"), firstView: false },
+  {
+    name: "compared methods",
+    has: (path) => /\/methods\/.*\.(onnx|json)$/.test(path),
+    firstView: false,
+  },
+  { name: "clips", has: (path) => extname(path) === ".safetensors", firstView: false },
+  // Model cards and tables, which the page does not load.
+  { name: "other", has: () => true, firstView: false },
+];
+
+function isModelFile(name) {
+  const files = ["bundle.json", "body.glb", "predictor.onnx", "decoder.onnx"];
+  return (path) => files.some((file) => path === `${name}/${file}`);
+}
+
+/** The name of the part that a file of the build belongs to; the path has forward slashes. */
+export function partOf(path) {
+  return PARTS.find((part) => part.has(path)).name;
+}
+
+/**
+ * Bytes of each part of a build, raw and with brotli, and of the first view.
+ *
+ * @param {string} folder
+ * @returns {Promise<Record<string, { raw: number, brotli: number }>>} by part, `first view` last
+ */
+export async function measureBuild(folder) {
+  const sizes = Object.fromEntries(PARTS.map(({ name }) => [name, { raw: 0, brotli: 0 }]));
+  for (const file of filesIn(folder)) {
+    const bytes = readFileSync(file);
+    const size = sizes[partOf(relative(folder, file).split(sep).join("/"))];
+    size.raw += bytes.length;
+    size.brotli += (await compress(bytes, BROTLI)).length;
+  }
+  const first = PARTS.filter(({ firstView }) => firstView).map(({ name }) => sizes[name]);
+  const sum = (key) => first.reduce((total, size) => total + size[key], 0);
+  return { ...sizes, "first view": { raw: sum("raw"), brotli: sum("brotli") } };
+}
+
+function filesIn(folder) {
+  return readdirSync(folder, { recursive: true })
+    .map((name) => join(folder, name))
+    .filter((path) => statSync(path).isFile());
+}
+
+/**
+ * The parts that weigh more than the budget allows, as sentences; a part without a budget, and a
+ * budget without a part, are mistakes in the file.
+ *
+ * @param {Record<string, { raw: number, brotli: number }>} sizes
+ * @param {Record<string, number>} budget kilobytes with brotli, by part
+ */
+export function overBudget(sizes, budget) {
+  const odd = Object.keys(budget).filter((name) => !(name in sizes));
+  const problems = odd.map((name) => `the budget names ${name}, which is no part of the build`);
+  for (const [name, { brotli }] of Object.entries(sizes)) {
+    const allowed = budget[name];
+    if (typeof allowed !== "number") problems.push(`${name} has no budget`);
+    else if (brotli > allowed * 1000) {
+      problems.push(`${name} has ${kilobytes(brotli)} kB, the budget is ${allowed} kB`);
+    }
+  }
+  return problems;
+}
+
+/** The sizes as lines of a table. */
+export function sizeTable(sizes, budget) {
+  const row = (name, ...numbers) =>
+    name.padEnd(18) + numbers.map((text) => `${text}`.padStart(12)).join("");
+  return [
+    row("part", "raw kB", "brotli kB", "budget kB"),
+    ...Object.entries(sizes).map(([name, { raw, brotli }]) =>
+      row(name, kilobytes(raw), kilobytes(brotli), budget[name] ?? "none"),
+    ),
+  ];
+}
+
+const kilobytes = (bytes) => (bytes / 1000).toFixed(bytes < 10_000 ? 1 : 0);

@@ -1,0 +1,101 @@
+import { BENCHMARK_COLUMNS, type BenchmarkRow, benchmarkText, runBenchmark } from "./benchmark.js";
+import type { Cast } from "./cast.js";
+import { byId, create } from "./dom.js";
+import { showNote } from "./toast.js";
+
+/** What the dialog asks of the page. */
+export interface BenchmarkActions {
+  /** The body on the screen with its networks; null while they are being loaded. */
+  cast(): Cast | null;
+  /** Keeps the picture still meanwhile, or lets it go on: drawing would be measured, too. */
+  setStill(still: boolean): void;
+}
+
+/** The overlay that measures all methods on the visitor's machine and shows the table. */
+export class BenchmarkDialog {
+  readonly #actions: BenchmarkActions;
+  readonly #dialog = byId<HTMLDialogElement>("benchmark-dialog");
+  #running: AbortController | null = null;
+  #text = "";
+
+  constructor(actions: BenchmarkActions) {
+    this.#actions = actions;
+    byId("benchmark-open").addEventListener("click", () => {
+      this.#dialog.showModal();
+      void this.#run();
+    });
+    byId("benchmark-again").addEventListener("click", () => void this.#run());
+    byId("benchmark-copy").addEventListener("click", () => void this.#copy());
+    this.#dialog.addEventListener("close", () => this.#running?.abort());
+  }
+
+  async #run(): Promise<void> {
+    const cast = this.#actions.cast();
+    if (!cast?.model) {
+      this.#say("The networks are still being loaded. Try again in a moment.");
+      return;
+    }
+    this.#running?.abort();
+    const running = new AbortController();
+    this.#running = running;
+    this.#setBusy(true);
+    try {
+      const rows = await runBenchmark(cast, running.signal, (text) => this.#say(`${text} …`));
+      this.#show(cast, rows);
+    } catch (error) {
+      if (running.signal.aborted) return;
+      this.#say(`It stopped: ${error instanceof Error ? error.message : String(error)}`);
+    } finally {
+      if (this.#running === running) {
+        this.#running = null;
+        this.#setBusy(false);
+      }
+    }
+  }
+
+  #show(cast: Cast, rows: readonly BenchmarkRow[]): void {
+    const cell = (tag: "td" | "th", textContent: string) => create(tag, { textContent });
+    const head = BENCHMARK_COLUMNS.map(([heading]) => {
+      const th = cell("th", heading) as HTMLTableCellElement;
+      th.scope = "col";
+      return th;
+    });
+    const lines = rows.map((row) =>
+      create(
+        "tr",
+        { className: row.kind === "dynaskin" ? "own" : "" },
+        BENCHMARK_COLUMNS.map(([, of], idx) => cell(idx === 0 ? "th" : "td", of(row))),
+      ),
+    );
+    byId("benchmark-table").replaceChildren(
+      create("thead", {}, [create("tr", {}, head)]),
+      create("tbody", {}, lines),
+    );
+    const facts = [
+      `${cast.sex} body of ${cast.body.vertexCount.toLocaleString("en")} vertices; one avatar, one thread, ` +
+        "medians of nine rounds of 60 frames of a hop.",
+      "Errors: mean distance from the simulation in the soft regions on held-out motions, as each bundle " +
+        "states it; only time is measured here.",
+    ];
+    this.#say(facts.join(" "));
+    this.#text = benchmarkText(rows, [...facts, navigator.userAgent]);
+  }
+
+  async #copy(): Promise<void> {
+    await navigator.clipboard.writeText(this.#text);
+    this.#dialog.close();
+    showNote("Copied", "The table is on the clipboard as text.");
+  }
+
+  #say(text: string): void {
+    byId("benchmark-note").textContent = text;
+  }
+
+  #setBusy(busy: boolean): void {
+    this.#actions.setStill(busy);
+    byId("benchmark-table").setAttribute("aria-busy", `${busy}`);
+    for (const id of ["benchmark-again", "benchmark-copy"]) {
+      byId<HTMLButtonElement>(id).disabled = busy || (id === "benchmark-copy" && this.#text === "");
+    }
+  }
+}
