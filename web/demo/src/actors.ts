@@ -1,6 +1,5 @@
 import methods from "virtual:methods";
-import { narrowScreen } from "./narrow.js";
-import type { Settings, Sex } from "./settings.js";
+import type { Sex } from "./settings.js";
 
 /**
  * Who moves the skin of an actor: `linear` (nobody), `dynaskin`, `truth` (the simulator, where the
@@ -42,20 +41,4 @@ export function methodsOf(sex: Sex): readonly ActorKind[] {
 /** The actors that a body has, in the order of the list. */
 export function actorsOf(sex: Sex, hasTruth: boolean): ActorKind[] {
   return ["linear", ...methodsOf(sex), "dynaskin", ...(hasTruth ? ["truth"] : [])];
-}
-
-/** An actor on the screen. */
-export interface Shown {
-  slot: Slot;
-  kind: ActorKind;
-}
-
-/** The actors on the screen, from left to right; a narrow one has room for two. */
-export function shownActors(settings: Settings): Shown[] {
-  const taken = SLOTS.flatMap((slot) => {
-    const kind = settings[slot];
-    return kind === null ? [] : [{ slot, kind }];
-  });
-  if (settings.layout === "one") return taken.filter(({ slot }) => slot === "right");
-  return taken.slice(0, settings.layout === "wipe" || narrowScreen.matches ? 2 : SLOTS.length);
 }

@@ -1,6 +1,7 @@
 import { type Avatar, Motion } from "dynaskin";
 import { describeActors } from "./about.js";
-import { actorLabel, type Shown, SLOTS, shownActors } from "./actors.js";
+import { actorLabel } from "./actors.js";
+import { Address } from "./address.js";
 import { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
 import { Capture } from "./capture.js";
@@ -12,7 +13,7 @@ import { byId } from "./dom.js";
 import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
 import { drawLegend, HEAT_SCALES } from "./legend.js";
-import { lessMotion } from "./less-motion.js";
+import { addTruth, removeTruth, resetActors, type Shown, shownActors } from "./lineup.js";
 import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
 import { Names } from "./names.js";
@@ -21,23 +22,14 @@ import { Panel, regionLabel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
 import { showFileProblem, showFileReport } from "./report.js";
-import { DEFAULTS, type Settings, writeSettings } from "./settings.js";
+import { DEFAULTS, type Settings } from "./settings.js";
 import { Stage } from "./stage.js";
 import { showError, showNote } from "./toast.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
 
-/** Share of the way to the body that the camera covers per second, as a rate. */
-const FOLLOW_PER_SECOND = 5;
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
-/** How long the camera must stand still before it is put into the page's address. */
-const CAMERA_RESTS_MS = 400;
-
-/** How long to wait when the browser refuses a new address. */
-const ADDRESS_AGAIN_MS = 2000;
-/** How far the body may go from the middle of a picture that is not to drift, in metres. */
-const STRAY_M = 0.7;
 
 /** The page: one or two actors, what they play, and the controls. */
 export class App {
@@ -62,9 +54,8 @@ export class App {
   /** Whether the motion is to be made anew before the next picture. */
   #motionIsStale = false;
   #lastFrame: number | null = null;
-  #cameraMoved = { place: "", atMs: 0 };
   #failed = false;
-  #addressTimer = 0;
+  readonly #address: Address;
   /** Whether nothing is drawn, because something else is being measured. */
   #still = false;
   /** Whether the picture is no longer what the settings say; a paused page draws only then. */
@@ -74,6 +65,7 @@ export class App {
     this.settings = settings;
     this.#startSeconds = settings.timeSeconds;
     this.#view = view;
+    this.#address = new Address(settings, view.camera);
     this.#program = new Program(settings);
     this.stage = new Stage(settings, this.#program);
     this.#loader = new Loader(settings, this.#program, view, loading, {
@@ -207,9 +199,7 @@ export class App {
     const { settings } = this;
     if (settings.clip === null && !this.#program.truth) return;
     settings.clip = null;
-    for (const slot of SLOTS) {
-      if (settings[slot] === "truth") Object.assign(settings, { [slot]: DEFAULTS[slot] });
-    }
+    removeTruth(settings);
     settings.heatOf = DEFAULTS.heatOf;
     this.#comparison.show();
     this.#changed(() => void this.#loader.recast());
@@ -308,7 +298,7 @@ export class App {
   #setSex(): void {
     const { settings } = this;
     settings.clip = null;
-    for (const slot of SLOTS) Object.assign(settings, { [slot]: DEFAULTS[slot] });
+    resetActors(settings);
     this.#comparison.show();
     this.#changed(() => void this.#loader.openModel());
   }
@@ -328,7 +318,7 @@ export class App {
       this.#panel.showPlaying(null);
       const { settings } = this;
       if (settings.clip !== null) {
-        this.#showTruth();
+        addTruth(settings);
         this.#comparison.show();
         void this.#loader.recast();
         return;
@@ -338,16 +328,6 @@ export class App {
       this.#motionIsStale = false;
       this.#announce();
     });
-  }
-
-  /** Puts ground truth beside the other actors, where it is not among them yet. */
-  #showTruth(): void {
-    const { settings } = this;
-    if (shownActors(settings).some(({ kind }) => kind === "truth")) return;
-    if (settings.layout === "one") settings.layout = narrowScreen.matches ? "wipe" : "side";
-    if (settings.layout === "wipe" || narrowScreen.matches) settings.left = "truth";
-    else if (settings.third === null) settings.third = "truth";
-    else settings.fourth = "truth";
   }
 
   #remakeMotion(): void {
@@ -417,17 +397,7 @@ export class App {
       const stands = playback.paused && Number.isFinite(playback.motion.durationSeconds);
       this.settings.timeSeconds = stands ? playback.timeSeconds : null;
     }
-    this.#writeAddress();
-  }
-
-  /** Browsers refuse this when it comes too often, as from a slider; then it is done a little later. */
-  #writeAddress(): void {
-    clearTimeout(this.#addressTimer);
-    try {
-      history.replaceState(null, "", `${location.pathname}${writeSettings(this.settings)}`);
-    } catch {
-      this.#addressTimer = window.setTimeout(() => this.#writeAddress(), ADDRESS_AGAIN_MS);
-    }
+    this.#address.write();
   }
 
   #announce(): void {
@@ -446,7 +416,7 @@ export class App {
     if (document.hidden || this.#failed || this.#still) return;
     this.hud.show(now);
     this.stage.traces.show(now);
-    this.#rememberCamera(now);
+    this.#address.rememberCamera(now);
     if (this.#playback?.paused && !this.#stale && !this.#view.isStale) return;
     if (elapsed > 0) this.hud.addInterval(elapsed);
     try {
@@ -455,18 +425,6 @@ export class App {
       this.#failed = true;
       showError("The picture stopped; reload the page to start again", error);
     }
-  }
-
-  #followBody(xM: number, zM: number, elapsedSeconds: number): void {
-    const { camera } = this.#view;
-    // A jump in time takes the camera along.
-    let share = elapsedSeconds === 0 ? 1 : 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds);
-    if (lessMotion.matches) {
-      // No drifting background: the camera stands, and moves at once when the body would leave.
-      const strayM = Math.hypot(xM - camera.floorM.x, zM - camera.floorM.z);
-      share = elapsedSeconds === 0 || strayM > STRAY_M ? 1 : 0;
-    }
-    camera.follow(xM, zM, share);
   }
 
   /** Puts what hangs on the bodies where they are in the picture. */
@@ -482,18 +440,6 @@ export class App {
     this.#names.show(places);
   }
 
-  #rememberCamera(nowMs: number): void {
-    const { place } = this.#view.camera;
-    const text = `${place}`;
-    if (text !== this.#cameraMoved.place) this.#cameraMoved = { place: text, atMs: nowMs };
-    const rests = nowMs - this.#cameraMoved.atMs > CAMERA_RESTS_MS;
-    if (rests && text !== `${this.settings.camera}`) {
-      this.#changed(() => {
-        this.settings.camera = place;
-      });
-    }
-  }
-
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
     this.#stale = false;
@@ -504,7 +450,7 @@ export class App {
       if (!playback.paused && this.mainAvatar) this.hud.addStep(this.mainAvatar);
       // A hand pulls the body against a camera that stands still.
       const [x = 0, , z = 0] = playback.motion instanceof ByHand ? [] : playback.pose;
-      this.#followBody(x, z, elapsedSeconds);
+      this.#view.camera.followBody(x, z, elapsedSeconds);
       this.hud.timed("upload", () => {
         const looks = this.stage.appearances(playback.avatars);
         const divided = this.settings.layout === "wipe" && looks.length === 2;

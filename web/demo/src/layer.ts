@@ -99,10 +99,14 @@ export class Layer {
   /** Hands the present surfaces of all actors to the graphics card. */
   upload(appearances: readonly Appearance[]): void {
     for (const [idx, { avatar, heatM, placeM }] of appearances.entries()) {
-      const { positions, normals, offsets, skinMatrices } = avatar;
       const handle = this.#bodies[idx];
       handle?.setPlacement({ positionM: [placeM[0], 0, placeM[1]] });
-      handle?.update({ positions, normals, skinMatrices, offsets: heatM ?? offsets });
+      if (heatM) {
+        const { positions, normals, skinMatrices } = avatar;
+        handle?.update({ positions, normals, skinMatrices, offsets: heatM });
+      } else {
+        handle?.update(avatar);
+      }
     }
   }
 

@@ -1,6 +1,7 @@
 import { load } from "dynaskin";
-import { actorLabel, shownActors } from "./actors.js";
+import { actorLabel } from "./actors.js";
 import { Cast } from "./cast.js";
+import { shownActors } from "./lineup.js";
 import type { LoadingBar } from "./loading.js";
 import type { Program } from "./program.js";
 import { DEFAULTS, type Settings } from "./settings.js";

@@ -1,6 +1,7 @@
-import { actorLabel, type Shown } from "./actors.js";
+import { actorLabel } from "./actors.js";
 import { byId, create } from "./dom.js";
 import type { Place } from "./layer.js";
+import type { Shown } from "./lineup.js";
 import type { View } from "./view.js";
 
 /** How high over the floor the names hang: a head's height over a head. */

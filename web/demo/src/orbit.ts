@@ -1,3 +1,9 @@
+import { lessMotion } from "./less-motion.js";
+
+/** Share of the way to the body that the camera covers per second, as a rate. */
+const FOLLOW_PER_SECOND = 5;
+/** How far the body may go from the middle of a picture that is not to drift, in metres. */
+const STRAY_M = 0.7;
 const MIN_DISTANCE_M = 0.5;
 const MAX_DISTANCE_M = 9;
 const RADIANS_PER_PIXEL = 0.006;
@@ -53,6 +59,20 @@ export class OrbitCamera {
     this.pitchRadians = Math.max(-0.25, Math.min(1.45, pitch));
     this.distanceM = Math.max(MIN_DISTANCE_M, Math.min(MAX_DISTANCE_M, distance));
     this.heightM = Math.max(0.05, Math.min(2, height));
+  }
+
+  /**
+   * Goes after the body, which is over a point of the floor (metres), for a frame of so many seconds;
+   * 0 after a jump in time. For visitors who ask for less motion the camera stands until the body would
+   * leave the picture, and is there at once then.
+   */
+  followBody(xM: number, zM: number, elapsedSeconds: number): void {
+    let share = elapsedSeconds === 0 ? 1 : 1 - Math.exp(-FOLLOW_PER_SECOND * elapsedSeconds);
+    if (lessMotion.matches) {
+      const strayM = Math.hypot(xM - this.floorM.x, zM - this.floorM.z);
+      share = elapsedSeconds === 0 || strayM > STRAY_M ? 1 : 0;
+    }
+    this.follow(xM, zM, share);
   }
 
   /** Moves the target towards a point of the floor, by `share` of the way. */

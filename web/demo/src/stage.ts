@@ -1,7 +1,8 @@
 import { type Avatar, REGION_NAMES } from "dynaskin";
-import { type Shown, SLOTS } from "./actors.js";
+import { SLOTS } from "./actors.js";
 import type { Cast } from "./cast.js";
 import type { Appearance, Place } from "./layer.js";
+import type { Shown } from "./lineup.js";
 import { RegionMeasures } from "./measures.js";
 import { START_YAW_RADIANS } from "./orbit.js";
 import type { AfterStep } from "./playing.js";

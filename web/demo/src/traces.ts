@@ -1,7 +1,8 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { actorLabel, type Shown, SLOTS } from "./actors.js";
+import { actorLabel, SLOTS } from "./actors.js";
 import { byId, create } from "./dom.js";
+import type { Shown } from "./lineup.js";
 
 /** Seconds of motion that the plots show. */
 const WINDOW_SECONDS = 4;
