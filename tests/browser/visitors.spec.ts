@@ -152,6 +152,10 @@ test("up to four actors stand beside each other, two on a phone", async ({ page 
   const lefts = boxes.map((box) => box?.x ?? Number.NaN);
   expect(lefts.toSorted((a, b) => a - b)).toEqual(lefts);
   expect(lefts[0]).toBeGreaterThan(290);
+  for (const [idx, box] of boxes.slice(1).entries()) {
+    const before = boxes[idx];
+    expect(box?.x).toBeGreaterThanOrEqual((before?.x ?? 0) + (before?.width ?? 0));
+  }
   expect((boxes[3]?.x ?? 0) + (boxes[3]?.width ?? 0)).toBeLessThan(652);
   await picture(page, "four-actors");
   const sample = await page.evaluate(() => window.dynaskinDemo?.samples.at(-1));
