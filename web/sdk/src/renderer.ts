@@ -6,6 +6,7 @@
  */
 import { DynaSkinError, guard, toDynaSkinError } from "./error.js";
 import type { Body } from "./model.js";
+import { AdaptiveResolution } from "./renderer/resolution.js";
 import { type Progress, ProgressSum } from "./source.js";
 import { compile, type WasmSource } from "./wasm/instantiate.js";
 import * as glue from "./wasm/renderer.js";
@@ -21,6 +22,11 @@ export interface RendererOptions {
   wasm?: WasmSource;
   /** Called as the WebAssembly file arrives. */
   onProgress?: (progress: Progress) => void;
+  /**
+   * Draws fewer pixels (down to half the width and height) while pictures come slower than 48 a second,
+   * and all again when they are in time; off by default. For pages that draw in every animation frame.
+   */
+  adaptiveResolution?: boolean;
 }
 
 /** A perspective camera. */
@@ -83,7 +89,8 @@ export async function createRenderer(
 ): Promise<Renderer> {
   await startGlue(options);
   const backend = options.backend ?? "auto";
-  return new Renderer(canvas, await createRaw(canvas, backend));
+  const resolution = options.adaptiveResolution ? new AdaptiveResolution() : null;
+  return new Renderer(canvas, await createRaw(canvas, backend), resolution);
 }
 
 async function createRaw(
@@ -156,6 +163,7 @@ export class Renderer {
   /** The graphics card as the browser names it; may be empty. */
   readonly adapter: string;
   readonly #canvas: HTMLCanvasElement;
+  readonly #resolution: AdaptiveResolution | null;
   /** Null while nothing can be drawn: after a loss or {@link dispose}. */
   #raw: glue.Renderer | null = null;
   #lost: Promise<string | null> = Promise.resolve(null);
@@ -171,8 +179,13 @@ export class Renderer {
   #size: readonly [widthPx: number, heightPx: number, pixelRatio: number] | null = null;
 
   /** @internal */
-  constructor(canvas: HTMLCanvasElement, raw: glue.Renderer) {
+  constructor(
+    canvas: HTMLCanvasElement,
+    raw: glue.Renderer,
+    resolution: AdaptiveResolution | null,
+  ) {
     this.#canvas = canvas;
+    this.#resolution = resolution;
     this.backend = raw.backend as Backend;
     this.adapter = raw.adapter;
     this.#begin(raw);
@@ -293,10 +306,18 @@ export class Renderer {
     this.#heatRangeMm = rangeMm;
   }
 
-  /** Sets the size of canvas and picture: CSS pixels times `pixelRatio`. */
+  /**
+   * What the pixel ratio is multiplied by at present, 0.5 to 1; always 1 without
+   * {@link RendererOptions.adaptiveResolution}.
+   */
+  get resolutionScale(): number {
+    return this.#resolution?.scale ?? 1;
+  }
+
+  /** Sets the size of canvas and picture: CSS pixels times `pixelRatio` (times {@link resolutionScale}). */
   resize(widthPx: number, heightPx: number, pixelRatio = 1): void {
     const { raw } = this;
-    guard(() => raw?.resize(widthPx, heightPx, pixelRatio));
+    guard(() => raw?.resize(widthPx, heightPx, pixelRatio * this.resolutionScale));
     this.#size = [widthPx, heightPx, pixelRatio];
   }
 
@@ -306,6 +327,8 @@ export class Renderer {
    */
   render(): boolean {
     const { raw } = this;
+    // Before drawing, because a canvas that changes its size is empty.
+    if (raw && this.#resolution?.frame(performance.now()) && this.#size) this.resize(...this.#size);
     try {
       return raw?.render() ?? false;
     } catch (error) {
