@@ -54,7 +54,7 @@ impl Default for TrainConfig {
             learning_rate: 3e-3,
             weight_decay: 0.1,
             clip_norm: 1.0,
-            shape_loudness: 1.0,
+            shape_loudness: 0.3,
             local: true,
             mirror: true,
         }
