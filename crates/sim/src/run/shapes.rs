@@ -118,14 +118,14 @@ mod tests {
                 "{coefficient}"
             );
         }
-        // The heaviest of the held-out shapes stays beyond everything that is learned from.
+        // The lean one only by its seventh coefficient, which hardly shows.
         let outside = |shape: &[f32; SHAPE_COUNT], range: fn(usize) -> (f32, f32)| {
             (0..SHAPE_COUNT).any(|c| shape[c] < range(c).0 || shape[c] > range(c).1)
         };
         let outside_training = HELD_OUT_SHAPES.map(|s| outside(&s, range));
         assert_eq!(outside_training, [false, true, true]);
         let outside_drawn = HELD_OUT_SHAPES.map(|s| outside(&s, drawn_range));
-        assert_eq!(outside_drawn, [false, true, false]);
+        assert_eq!(outside_drawn, [false, true, true]);
     }
 
     #[test]
