@@ -376,7 +376,12 @@ export class BodyHandle {
     this.#id = guard(() => raw.add_body(faces, skinJoints, skinWeights, colors));
     this.setPlacement(this.#placement);
     this.setVisible(this.#isVisible);
-    if (this.#surface) this.update(this.#surface);
+    try {
+      if (this.#surface) this.update(this.#surface);
+    } catch {
+      // Its avatar is gone, or its arrays are: it appears with the next update.
+      this.#surface = null;
+    }
   }
 
   /** Calls the renderer, unless the graphics card is lost. */
