@@ -84,9 +84,9 @@ const NONSENSE: [string, string][] = [
   ["?motion=jump&tempo=5", "Jump · female body"],
   ["?motion=jump&tempo=0.6&height=0.45", "Jump · female body"],
   ["?motion=hop&tempo=-1e99&height=NaN", "Hop · female body"],
-  ["?motion=../../etc&sex=robot&speed=77&backend=glide", "Hop · female body"],
+  ["?motion=../../etc&sex=robot&speed=77&backend=glide", "Jump · female body"],
   ["?motion=walk&shape=1e999,,abc,9&tempo=Infinity&paused=perhaps", "Walk · female body"],
-  ["?motion=%E0%A4%A&tempo[]=2&&&=&height=0x20", "Hop · female body"],
+  ["?motion=%E0%A4%A&tempo[]=2&&&=&height=0x20", "Jump · female body"],
 ];
 
 for (const [query, playing] of NONSENSE) {

@@ -3,8 +3,8 @@ import { expect, type Locator, type Page, test } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
 import { differing, openDemo, picture } from "./support.js";
 
-/** A page drawn in software moves on by a quarter of a second in each of its slow pictures. */
-test.use({ viewport: { width: 800, height: 480 } });
+/** Small, because a page drawn in software moves on by a quarter of a second in each of its slow pictures; tall enough for the panel. */
+test.use({ viewport: { width: 820, height: 600 } });
 const PATIENT = { timeout: 120_000 };
 
 const ring = (page: Page, name: "Chest" | "Pelvis") =>
