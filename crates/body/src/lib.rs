@@ -15,6 +15,7 @@ mod error;
 mod glb;
 mod model;
 mod normals;
+mod parts;
 mod region;
 mod sex;
 mod skeleton;
@@ -28,6 +29,7 @@ pub use model::{
     BodyModel, LEAST_THICKNESS_M, SHAPE_COUNT, SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
 };
 pub use normals::{vertex_normals, vertex_normals_into};
+pub use parts::PARTS;
 pub use region::{REGION_COUNT, Region};
 pub use sex::Sex;
 pub use skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};

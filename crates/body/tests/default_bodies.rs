@@ -5,7 +5,7 @@ mod common;
 use std::collections::{HashMap, HashSet};
 
 use common::default_bodies;
-use dynaskin_body::{BodyModel, Joint, REGION_COUNT, Region, SHAPE_COUNT};
+use dynaskin_body::{BodyModel, Joint, PARTS, REGION_COUNT, Region, SHAPE_COUNT};
 use glam::Vec3;
 
 /// β with one coefficient set.
@@ -260,6 +260,27 @@ fn regions_are_smooth_and_spare_head_hands_and_feet() {
             ];
             if bony.contains(&joint) && body.skin[vertex].weights[0] > 0.9 {
                 assert_eq!(sum, 0.0, "vertex {vertex} of {joint:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_parts_of_a_region_share_its_weight_and_one_is_thicker() {
+    for body in default_bodies() {
+        let parts = body.region_parts();
+        assert_eq!(parts.len(), REGION_COUNT * PARTS);
+        for (weights, parts) in body.region_weights.iter().zip(parts.chunks(PARTS)) {
+            let sum = |weights: &[f32]| weights.iter().sum::<f32>();
+            let mean_m = |part: &[f32]| {
+                let thickness = body.thickness_template_m.iter().zip(part);
+                thickness.map(|(t, w)| t * w).sum::<f32>() / sum(part)
+            };
+            let (thick, thin) = (&parts[0], &parts[1]);
+            assert!((sum(thick) / sum(weights) - 0.5).abs() < 0.01);
+            assert!(mean_m(thick) > mean_m(thin));
+            for (vertex, weight) in weights.iter().enumerate() {
+                assert_eq!(thick[vertex] + thin[vertex], *weight);
             }
         }
     }

@@ -5,6 +5,7 @@
 //! of the soft vertices in the rest pose, at 60 Hz, that need no pose later than their own.
 
 mod calibration;
+mod compliance;
 mod contact;
 mod dataset;
 mod elastic;
@@ -19,6 +20,10 @@ mod solver;
 pub use calibration::{
     Activity, Amplitude, Calibration, LargestOffset, MEASURED, Measured, Moved, Quantity, Ringing,
     Survey, Vibration, amplitudes, free_vibration,
+};
+pub use compliance::{
+    COMPLIANCE_COUNT, ComplianceError, ComplianceRow, ComplianceTable, TURNS, TableError,
+    compliance_m,
 };
 pub use dataset::{ClipData, ClipHeader, DatasetError};
 pub use kinematics::{GRAVITY_M_PER_S2, soft_clip};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use dynaskin_body::BodyModel;
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
-use dynaskin_sim::{ClipData, ClipHeader};
+use dynaskin_sim::{ClipData, ClipHeader, ComplianceTable};
 
 use crate::TrainError;
 use crate::split::{ClipName, Set, Split};
@@ -59,6 +59,8 @@ pub struct DataSet {
     pub vertices: Vec<u32>,
     /// Simulator settings of the first clip, as JSON.
     pub sim_json: String,
+    /// How far the tissue of some hundred shapes gives way, where the folder tells.
+    pub compliance: Option<ComplianceTable>,
 }
 
 impl DataSet {
@@ -66,8 +68,8 @@ impl DataSet {
     ///
     /// # Errors
     /// [`TrainError::EmptyData`], [`TrainError::OtherBody`], [`TrainError::MixedVertices`],
-    /// [`TrainError::ClipRate`], [`TrainError::ClipName`], [`TrainError::Clip`] for a damaged
-    /// file, [`TrainError::Io`].
+    /// [`TrainError::ClipRate`], [`TrainError::ClipName`], [`TrainError::Clip`] and
+    /// [`TrainError::Compliance`] for a damaged file, [`TrainError::Io`].
     pub fn open(dir: &Path, body_sha256: &str, split: &Split) -> Result<Self, TrainError> {
         let mut paths = Vec::new();
         for entry in fs::read_dir(dir).map_err(TrainError::io(dir, "listing"))? {
@@ -101,6 +103,7 @@ impl DataSet {
             clips,
             vertices: first.vertices,
             sim_json: first.sim_json,
+            compliance: ComplianceTable::read(dir, body_sha256)?,
         })
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use dynaskin_motion::MotionError;
 use dynaskin_onnx_writer::WriteError;
 use dynaskin_runtime::RuntimeError;
-use dynaskin_sim::{DatasetError, ShellError, SimError};
+use dynaskin_sim::{DatasetError, ShellError, SimError, TableError};
 use thiserror::Error;
 
 /// Why a data set could not be used, or a model not trained, written or measured.
@@ -140,6 +140,9 @@ pub enum TrainError {
     /// The body has no tissue to simulate.
     #[error(transparent)]
     Shell(#[from] ShellError),
+    /// The table of compliances beside the clips cannot be used.
+    #[error(transparent)]
+    Compliance(#[from] TableError),
     /// A simulation for comparison failed.
     #[error(transparent)]
     Sim(#[from] SimError),

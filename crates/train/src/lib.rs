@@ -32,9 +32,9 @@ pub use error::TrainError;
 pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};
 pub use methods::dsnet;
 pub use methods::dynaskin::{
-    Block, BlockBasis, BlockSize, Build, Hearing, Locality, Part, Predictor, PredictorData,
-    PredictorSizes, PredictorState, Prepared, Sequence, Spin, TrainConfig, decoder_onnx, partition,
-    predictor_onnx, prepare, train,
+    Block, BlockBasis, BlockSize, Build, Compliance, Hearing, Locality, Part, Predictor,
+    PredictorData, PredictorSizes, PredictorState, Prepared, Sequence, Spin, Thickness,
+    TissueMeasure, TrainConfig, decoder_onnx, partition, predictor_onnx, prepare, train,
 };
 pub use methods::{
     AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, DmplConfig,

@@ -47,24 +47,19 @@ pub fn drawn_shape(index: usize) -> [f32; SHAPE_COUNT] {
         // Two bytes a number: 20 of the 32.
         let bytes = [digest[2 * coefficient], digest[2 * coefficient + 1]];
         let even = f32::from(u16::from_le_bytes(bytes)) / f32::from(u16::MAX);
-        let (least, most) = drawn_range(coefficient);
+        let (least, most) = shape_range(coefficient, REACH);
         least + even * (most - least)
     })
 }
 
-/// The least and the greatest that is drawn of a coefficient.
-fn drawn_range(coefficient: usize) -> (f32, f32) {
-    let (least, most) = range(coefficient);
-    let (middle, reach) = ((least + most) / 2.0, REACH * (most - least) / 2.0);
-    (middle - reach, middle + reach)
-}
-
-/// The least and the greatest of a coefficient over [`TRAINING_SHAPES`].
-fn range(coefficient: usize) -> (f32, f32) {
+/// The range of a coefficient over [`TRAINING_SHAPES`], `reach` times as wide about its middle.
+pub(crate) fn shape_range(coefficient: usize, reach: f32) -> (f32, f32) {
     let of_shapes = TRAINING_SHAPES.iter().map(|shape| shape[coefficient]);
-    of_shapes.fold((f32::MAX, f32::MIN), |(least, most), value| {
+    let (least, most) = of_shapes.fold((f32::MAX, f32::MIN), |(least, most), value| {
         (least.min(value), most.max(value))
-    })
+    });
+    let (middle, half) = ((least + most) / 2.0, reach * (most - least) / 2.0);
+    (middle - half, middle + half)
 }
 
 /// The drawn shape of a clip (index into all shapes), for every second clip. Depends on nothing but
@@ -106,7 +101,7 @@ mod tests {
     #[test]
     fn drawn_shapes_fill_their_box() {
         for coefficient in 0..SHAPE_COUNT {
-            let (least, most) = drawn_range(coefficient);
+            let (least, most) = shape_range(coefficient, REACH);
             let mean = (0..DRAWN_SHAPES)
                 .map(|index| drawn_shape(index)[coefficient])
                 .inspect(|value| assert!((least..=most).contains(value)))
@@ -119,12 +114,15 @@ mod tests {
             );
         }
         // The lean one only by its seventh coefficient, which hardly shows.
-        let outside = |shape: &[f32; SHAPE_COUNT], range: fn(usize) -> (f32, f32)| {
-            (0..SHAPE_COUNT).any(|c| shape[c] < range(c).0 || shape[c] > range(c).1)
+        let outside = |shape: &[f32; SHAPE_COUNT], reach: f32| {
+            (0..SHAPE_COUNT).any(|c| {
+                let (least, most) = shape_range(c, reach);
+                shape[c] < least || shape[c] > most
+            })
         };
-        let outside_training = HELD_OUT_SHAPES.map(|s| outside(&s, range));
+        let outside_training = HELD_OUT_SHAPES.map(|s| outside(&s, 1.0));
         assert_eq!(outside_training, [false, true, true]);
-        let outside_drawn = HELD_OUT_SHAPES.map(|s| outside(&s, drawn_range));
+        let outside_drawn = HELD_OUT_SHAPES.map(|s| outside(&s, REACH));
         assert_eq!(outside_drawn, [false, true, true]);
     }
 

@@ -12,13 +12,16 @@ use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_body::{BodyModel, REGION_COUNT, Region};
 use dynaskin_sim::{
-    Job, JobReport, Motion, Outcome, Run, Shell, SimSettings, Solver, TRAINING_SHAPES, captures,
-    execute, procedurals, thin_captures,
+    ComplianceTable, Job, JobReport, Motion, Outcome, Run, Shell, SimSettings, Solver,
+    TRAINING_SHAPES, captures, execute, procedurals, thin_captures,
 };
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
 
 use super::say;
+
+/// Shapes whose compliance a whole data set tells.
+const COMPLIANCE_SHAPES: usize = 512;
 
 /// Arguments of `dynaskin simulate`.
 #[derive(Debug, Args)]
@@ -67,6 +70,11 @@ pub struct SimulateArgs {
     /// range of the training shapes
     #[arg(long)]
     further_shapes: bool,
+    /// Also work out how far the tissue of COUNT shapes gives way when gravity is turned, into
+    /// compliance.json beside the clips: `train` learns from it what a shape does. 512 with
+    /// `--preset full`; shapes that are there are kept.
+    #[arg(long, value_name = "COUNT")]
+    compliance: Option<usize>,
     /// A whole data set: `full` takes the captures and the motions made by formula, mirror images,
     /// slower and faster copies where captures are rare, further shapes, and varied materials.
     #[arg(long, value_enum)]
@@ -144,6 +152,9 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         further_shapes: args.further_shapes || args.preset == Some(Preset::Full),
     };
     let shell = Shell::for_body(&body, &Run::shape(0), &run.settings)?;
+    if args.compliance.is_some() && args.mocap.is_none() && !args.procedural {
+        return compliance(args, &run);
+    }
     let mut jobs = run.plan(&motions(args)?)?;
     jobs.retain(|job| {
         let name = job.name();
@@ -187,7 +198,43 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         })
     })?;
     bar.finish_and_clear();
+    // One part of several is enough to write the table.
+    if args.shard.is_none_or(|shard| shard.index == 1) {
+        compliance(args, &run)?;
+    }
     summarise(&reports, run.settings.substeps, start.elapsed())
+}
+
+/// Works out the compliance of as many shapes as wanted.
+fn compliance(args: &SimulateArgs, run: &Run<'_>) -> anyhow::Result<()> {
+    let usual = (args.preset == Some(Preset::Full)).then_some(COMPLIANCE_SHAPES);
+    let Some(count) = args.compliance.or(usual) else {
+        return Ok(());
+    };
+    let bar = ProgressBar::new(count as u64);
+    let template = "{bar:30} {pos}/{len} shapes under turned gravity, {eta} left";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    let table = pool(args)?.install(|| {
+        ComplianceTable::make(
+            run.body,
+            run.body_sha256,
+            &run.settings,
+            &run.out,
+            count,
+            |done| bar.set_position(done as u64),
+        )
+    })?;
+    bar.finish_and_clear();
+    let settled = table.rows.iter().filter(|row| row.metres.is_some());
+    say(&format!(
+        "compliance of {} shapes in {}, {} without rest",
+        table.rows.len(),
+        run.out.join(ComplianceTable::FILE_NAME).display(),
+        table.rows.len() - settled.count()
+    ));
+    Ok(())
 }
 
 fn pool(args: &SimulateArgs) -> anyhow::Result<rayon::ThreadPool> {

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use dynaskin_runtime::features::FeatureKind;
 use dynaskin_train::{
-    Checkpoint, Networks, Precision, Predictor, Prepared, TrainConfig, TrainingInput, decoder_onnx,
-    predictor_onnx, prepare, train as train_predictor,
+    Checkpoint, Networks, Precision, Predictor, Prepared, TissueMeasure, TrainConfig,
+    TrainingInput, decoder_onnx, predictor_onnx, prepare, train as train_predictor,
 };
 
 use super::{TrainArgs, clip_bar, epoch_line};
@@ -24,6 +24,7 @@ pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Netw
         bar.set_position(done as u64);
     })?;
     bar.finish_and_clear();
+    say(&tissue_line(&prepared.hearing.build.tissue));
 
     let start = Instant::now();
     let mut epochs_seen = 0;
@@ -39,6 +40,21 @@ pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Netw
         })?;
     let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
     Ok((networks, checkpoint.seconds()? / 60.0))
+}
+
+/// What the predictor is told about the tissue of a body, and what to do if it could be more.
+fn tissue_line(tissue: &TissueMeasure) -> String {
+    match tissue {
+        TissueMeasure::Compliance(compliance) => format!(
+            "bodies are told by the compliance of their tissue; the formula leaves {:.0} % of it on \
+             shapes that it was not fitted to",
+            100.0 * compliance.unexplained.exp_m1()
+        ),
+        TissueMeasure::Thickness(_) => "bodies are told by the thickness of their tissue, which \
+             misleads for far shapes; `dynaskin simulate --compliance 512 --out DATA` gives better numbers"
+            .to_owned(),
+        TissueMeasure::Unknown => "the body knows no tissue: bodies are told by β alone".to_owned(),
+    }
 }
 
 /// The trained parts as files of the contract.

@@ -87,6 +87,9 @@ pub struct TrainArgs {
     /// How loud the shape coefficients are beside the thickness of the tissue.
     #[arg(long, default_value_t = TrainConfig::default().shape_loudness)]
     shape_loudness: f32,
+    /// Keep the stiffness of springs the same however far they are out.
+    #[arg(long)]
+    linear_springs: bool,
     /// The body is in another folder already: do not write it.
     #[arg(long)]
     without_body: bool,
@@ -160,6 +163,7 @@ impl TrainArgs {
                 .unwrap_or(TrainConfig::default().learning_rate),
             weight_decay: self.weight_decay,
             shape_loudness: self.shape_loudness,
+            stiffening: !self.linear_springs,
             local: !self.global,
             mirror: !self.no_mirror,
             ..TrainConfig::default()

@@ -33,6 +33,8 @@ pub struct TrainConfig {
     pub clip_norm: f32,
     /// How loud the shape coefficients are, beside numbers about the body of deviation 1.
     pub shape_loudness: f32,
+    /// Whether springs may change their stiffness with how far they are out.
+    pub stiffening: bool,
     /// Whether each block of the body has springs and cells of its own, which hear its joints only.
     pub local: bool,
     /// Whether the mirror image of every training clip is learned from as well.
@@ -55,6 +57,7 @@ impl Default for TrainConfig {
             weight_decay: 0.1,
             clip_norm: 1.0,
             shape_loudness: 0.3,
+            stiffening: true,
             local: true,
             mirror: true,
         }
@@ -67,7 +70,7 @@ impl TrainConfig {
         format!(
             "Decoder: {components} principal components about zero, each of one block of the body. Predictor: dense {encoding} with \
              tanh; {springs} damped springs whose stiffness and damping depend on shape and \
-             material{local}; LSTM {hidden}{cells}; dense to {components}. No bias between motion and \
+             material{stiffening}{local}; LSTM {hidden}{cells}; dense to {components}. No bias between motion and \
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
              lanes{mirrored}; loss: mean over the blocks of the root mean square offset error in \
@@ -81,6 +84,11 @@ impl TrainConfig {
             epochs = self.epochs,
             window = self.window,
             lanes = self.lanes,
+            stiffening = if self.stiffening {
+                ", the stiffness also on the swing"
+            } else {
+                ""
+            },
             local = if self.local {
                 ", each driven by the joints of one block and read out for it"
             } else {

@@ -1,13 +1,9 @@
 //! The trained network as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
 
 use burn::tensor::Tensor;
-use dynaskin_body::{LEAST_THICKNESS_M, SHAPE_COUNT};
 use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
 
-use dynaskin_runtime::features::MATERIAL_COUNT;
-
 use super::blocks::BlockBasis;
-use super::build::Build;
 use super::predictor::{Predictor, PredictorSizes};
 use super::prepare::Hearing;
 use super::spin::Spin;
@@ -43,7 +39,7 @@ pub fn predictor_onnx(
     let second = graph.gather(&parts[0], 1, &second)?;
     let spin = graph.mul(&first, &second)?;
     let motion = &graph.concat(&[&centred, &spin], 1)?;
-    let condition = &condition(&mut graph, &hearing.build, &parts[1])?;
+    let condition = &hearing.build.write(&mut graph, &parts[1])?;
     let encoder = weights.matrix(&mut graph, "encoder", &weights.encoder, sizes.motion)?;
     let encoding = graph.matmul(motion, &encoder)?;
     let encoding = graph.tanh(&encoding);
@@ -60,50 +56,6 @@ pub fn predictor_onnx(
         graph.output(&format!("state_{name}_out"), &state)?;
     }
     Ok(graph.into_bytes())
-}
-
-/// What the predictor hears of a body, before scaling ([`Build::of`]), from `[1, materials + β]`.
-fn condition(graph: &mut Graph, build: &Build, body: &Value) -> Result<Value, WriteError> {
-    let parts = graph.split(body, 1, &[MATERIAL_COUNT, SHAPE_COUNT])?;
-    // clamp(β) = β + relu(least - β) - relu(β - most)
-    let least: Vec<f32> = build.shape_range.iter().map(|range| range.0).collect();
-    let most: Vec<f32> = build.shape_range.iter().map(|range| range.1).collect();
-    let least = graph.weights("least_shape", &[1, SHAPE_COUNT], &least, Precision::Single)?;
-    let most = graph.weights("greatest_shape", &[SHAPE_COUNT], &most, Precision::Single)?;
-    let below = graph.sub(&least, &parts[1])?;
-    let below = graph.relu(&below);
-    let beyond = graph.sub(&parts[1], &most)?;
-    let beyond = graph.relu(&beyond);
-    let within = graph.add(&parts[1], &below)?;
-    let within = graph.sub(&within, &beyond)?;
-    if build.thickness_m.is_empty() {
-        return graph.concat(&[&parts[0], &within], 1);
-    }
-    let count = build.thickness_m.len();
-    let dirs = &build.thickness_dirs_m;
-    let dirs = graph.weights(
-        "thickness_dirs",
-        &[SHAPE_COUNT, count],
-        dirs,
-        Precision::Single,
-    )?;
-    // max(t, least) = relu(t - least) + least
-    let above: Vec<f32> = build
-        .thickness_m
-        .iter()
-        .map(|t| t - LEAST_THICKNESS_M)
-        .collect();
-    let above = graph.weights("thickness", &[count], &above, Precision::Single)?;
-    let least = vec![LEAST_THICKNESS_M; count];
-    let least = graph.weights("least_thickness", &[count], &least, Precision::Single)?;
-    let at_zero: Vec<f32> = build.thickness_m.iter().map(|t| t.ln()).collect();
-    let at_zero = graph.weights("log_thickness", &[count], &at_zero, Precision::Single)?;
-    let thickness = graph.dense(&parts[1], &dirs, &above)?;
-    let thickness = graph.relu(&thickness);
-    let thickness = graph.add(&thickness, &least)?;
-    let thickness = graph.log(&thickness);
-    let thickness = graph.sub(&thickness, &at_zero)?;
-    graph.concat(&[&parts[0], &within, &thickness], 1)
 }
 
 /// States that leave the graph, by the letter of their name.
@@ -131,19 +83,23 @@ fn springs(
     let pole_rows = conditions + encoding_count;
     let poles = weights.matrix(graph, "poles", &weights.poles, pole_rows)?;
     let poles_bias = weights.vector(graph, "poles_bias", &weights.poles_bias)?;
+    let stiffening = weights.vector(graph, "stiffening", &weights.stiffening)?;
     let mode_scale = weights.matrix(graph, "mode_scale", &weights.mode_scale, conditions)?;
 
     let pole_input = graph.concat(&[condition, encoding], 1)?;
     let poles = graph.dense(&pole_input, &poles, &poles_bias)?;
-    let poles = graph.sigmoid(&poles);
     let parts = graph.split(&poles, 1, &[springs, springs])?;
-    let stiffness = graph.add(&parts[0], &parts[0])?;
-    let retained = &parts[1];
+    let strain = graph.mul(&position, &position)?;
+    let strain = graph.mul(&strain, &stiffening)?;
+    let stiffness = graph.add(&parts[0], &strain)?;
+    let stiffness = graph.sigmoid(&stiffness);
+    let stiffness = graph.add(&stiffness, &stiffness)?;
+    let retained = graph.sigmoid(&parts[1]);
     let drive_input = graph.concat(&[motion, encoding], 1)?;
     let target = graph.matmul(&drive_input, &drive)?;
     let stretch = graph.sub(&target, &position)?;
     let pull = graph.mul(&stiffness, &stretch)?;
-    let kept = graph.mul(retained, &velocity)?;
+    let kept = graph.mul(&retained, &velocity)?;
     let velocity = graph.add(&kept, &pull)?;
     let position = graph.add(&position, &velocity)?;
     let scale = graph.matmul(condition, &mode_scale)?;
@@ -224,6 +180,7 @@ struct Folded {
     /// The damping half is negated: what is retained, 1 - σ(x), is σ(-x).
     poles: Vec<f32>,
     poles_bias: Vec<f32>,
+    stiffening: Vec<f32>,
     mode_scale: Vec<f32>,
     code: Vec<f32>,
     /// Input weights of the whole LSTM cell: code, then the conditions, which have zeros for the candidate.
@@ -282,6 +239,7 @@ impl Folded {
             drive: scaled_rows(&predictor.local_drive(), motion_scale),
             poles,
             poles_bias,
+            stiffening: flat(predictor.stiffening.val()),
             mode_scale: scaled_rows(&predictor.local_mode_scale(), condition_scale),
             code: flat(predictor.local_code()),
             from_input,
@@ -327,15 +285,18 @@ fn flat<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
 mod tests {
     use std::sync::Arc;
 
+    use burn::module::Param;
     use burn::tensor::{Device, TensorData};
-    use dynaskin_body::REGION_COUNT;
-    use dynaskin_runtime::features::FeatureKind;
+    use dynaskin_body::{REGION_COUNT, SHAPE_COUNT};
+    use dynaskin_runtime::features::{FeatureKind, MATERIAL_COUNT};
     use dynaskin_runtime::{Predictor as Plan, PredictorSession};
+    use dynaskin_sim::{COMPLIANCE_COUNT, ComplianceRow, ComplianceTable, SimSettings};
     use rand::{RngExt as _, SeedableRng as _};
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
     use crate::fixture;
+    use crate::methods::dynaskin::build::Build;
     use crate::methods::dynaskin::locality::Locality;
     use crate::methods::dynaskin::predictor::Window;
     use crate::methods::dynaskin::spin::SPIN_COUNT;
@@ -344,9 +305,9 @@ mod tests {
     const KIND: FeatureKind = FeatureKind::InertialMaterials;
     const FRAMES: usize = 12;
 
-    /// A body of known thickness, and what a network would hear of it after learning from bodies
-    /// with β within ±1.
-    fn build() -> Build {
+    /// A body of known thickness and perhaps compliance, and what a network would hear of it after
+    /// learning from bodies with β within ±1.
+    fn build(table: Option<&ComplianceTable>) -> Build {
         let mut model = fixture::symmetric_body(4);
         let vertices = model.vertex_count();
         let share = |region: usize| move |v: usize| f32::from(u8::from(v % REGION_COUNT == region));
@@ -361,7 +322,7 @@ mod tests {
                     .collect()
             })
             .collect();
-        let mut build = Build::of_body(&model);
+        let mut build = Build::of_body(&model, table);
         let bodies = [-1.0f32, 1.0].map(|x| vec![x; MATERIAL_COUNT + SHAPE_COUNT]);
         build.fit(bodies.iter().map(Vec::as_slice), 0.3);
         build
@@ -369,7 +330,33 @@ mod tests {
 
     #[test]
     fn the_file_plays_what_was_trained_for_bodies_within_and_beyond_what_was_learned() {
-        let build = build();
+        the_file_plays_what_was_trained(build(None));
+    }
+
+    #[test]
+    fn so_it_does_where_compliance_is_known() {
+        let row = |index: usize| ComplianceRow {
+            shape: ComplianceTable::shape(index),
+            metres: Some((0..COMPLIANCE_COUNT).map(|n| length_m(n, index)).collect()),
+        };
+        let rows = (0..200).map(row).collect();
+        let table = ComplianceTable::new("", SimSettings::default(), rows);
+        let build = build(Some(&table));
+        assert_eq!(
+            build.count(),
+            MATERIAL_COUNT + SHAPE_COUNT + COMPLIANCE_COUNT
+        );
+        the_file_plays_what_was_trained(build);
+    }
+
+    /// A length that depends on the shape with this index, and on which number it is.
+    fn length_m(number: usize, index: usize) -> f32 {
+        let shape = ComplianceTable::shape(index);
+        let one = shape[number % SHAPE_COUNT];
+        0.01 * (0.3 * one + 0.1 * one * shape[(number + 3) % SHAPE_COUNT]).exp()
+    }
+
+    fn the_file_plays_what_was_trained(build: Build) {
         let sizes = PredictorSizes {
             motion: Hearing::MOTION_COUNT,
             conditions: build.count(),
@@ -381,11 +368,13 @@ mod tests {
         let device = Device::flex();
         device.seed(3);
         let locality = Locality::everywhere(sizes.motion, sizes.conditions, sizes.latent);
-        let predictor = Predictor::new(sizes, &locality, &device);
+        let mut predictor = Predictor::new(sizes, &locality, &device);
         let mut rng = Pcg64Mcg::seed_from_u64(7);
         let mut numbers = |count: usize| -> Vec<f32> {
             (0..count).map(|_| rng.random_range(-1.5..1.5)).collect()
         };
+        let stiffening = TensorData::new(numbers(sizes.springs), [sizes.springs]);
+        predictor.stiffening = Param::from_data(stiffening, &device);
         let normaliser = Normaliser {
             origin: numbers(KIND.count()),
             scale: numbers(KIND.count())

@@ -3,6 +3,7 @@
 
 mod blocks;
 mod build;
+mod compliance;
 mod config;
 mod export;
 mod lanes;
@@ -10,10 +11,12 @@ mod locality;
 mod predictor;
 mod prepare;
 mod spin;
+mod thickness;
 mod trainer;
 
 pub use blocks::{Block, BlockBasis, Part, partition};
-pub use build::Build;
+pub use build::{Build, TissueMeasure};
+pub use compliance::Compliance;
 pub use config::TrainConfig;
 pub use export::{decoder_onnx, predictor_onnx};
 pub use lanes::Sequence;
@@ -21,4 +24,5 @@ pub use locality::Locality;
 pub use predictor::{Predictor, PredictorSizes, PredictorState};
 pub use prepare::{Hearing, Prepared, prepare};
 pub use spin::Spin;
+pub use thickness::Thickness;
 pub use trainer::{BlockSize, PredictorData, train};

@@ -95,7 +95,7 @@ pub fn prepare(
     let basis = BlockBasis::fit(&sample, blocks, config.components, config.seed)?;
     drop(sample);
 
-    let build = Build::of_body(model);
+    let build = Build::of_body(model, data_set.compliance.as_ref());
     let locality = if config.local {
         Locality::of_body(model, &data_set.vertices, &basis, &build)
     } else {

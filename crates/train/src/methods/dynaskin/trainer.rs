@@ -82,7 +82,11 @@ pub fn train(
         hidden: config.hidden,
         latent: data.deviation_m.len(),
     };
-    let model = Predictor::new(sizes, &data.locality, &device);
+    let mut model = Predictor::new(sizes, &data.locality, &device);
+    if !config.stiffening {
+        // It starts at 0 and stays there.
+        model.stiffening = model.stiffening.set_require_grad(false);
+    }
     let optimizer = AdamWConfig::new()
         .with_weight_decay(config.weight_decay)
         .with_epsilon(1e-8)

@@ -1,0 +1,80 @@
+//! How far tissue gives way when gravity is turned: what a body's shape means for its swing.
+//!
+//! The thickness of tissue alone misleads: a breast on a lean body reaches as deep as one on a heavy body
+//! and swings half as far, because what carries it is shorter. The static answer of the simulated tissue
+//! knows all that. Where it moves by u under an acceleration a, it is driven like a spring of angular
+//! frequency `sqrt(a / u)`. No motion is played, so a table over many shapes costs
+//! little beside a data set, and a network can be told what a shape does that no clip was made with.
+
+mod table;
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use dynaskin_body::{BodyModel, PARTS, Pose, REGION_COUNT, SHAPE_COUNT};
+use glam::{DQuat, DVec3};
+
+use crate::settings::SimSettings;
+use crate::shell::{Shell, ShellError};
+use crate::solver::{Solver, Unstable};
+pub use table::{ComplianceRow, ComplianceTable, TableError};
+
+/// Ways in which gravity is turned: upside down, onto the back, onto a side.
+pub const TURNS: usize = 3;
+
+/// Numbers that tell a body's compliance, `[region][part][turn]` flat.
+pub const COMPLIANCE_COUNT: usize = REGION_COUNT * PARTS * TURNS;
+
+/// Why the compliance of a shape is not known.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum ComplianceError {
+    /// The body has no tissue to simulate.
+    #[error(transparent)]
+    Shell(#[from] ShellError),
+    /// The shape's tissue finds no rest when gravity is turned: it is folded too much.
+    #[error("the tissue of shape {shape:?} finds no rest: {source}")]
+    NoRest {
+        /// β.
+        shape: [f32; SHAPE_COUNT],
+        /// Where it went astray.
+        source: Unstable,
+    },
+}
+
+/// How far in metres each part of each region of a body moves when gravity is turned upside down, onto
+/// its back and onto its left side: the mean over the part's vertices of the offset's length, with the usual materials.
+/// [`COMPLIANCE_COUNT`] numbers, `[region][part][turn]` flat.
+///
+/// # Errors
+/// [`ComplianceError`].
+pub fn compliance_m(
+    body: &BodyModel,
+    shape: &[f32; SHAPE_COUNT],
+    settings: &SimSettings,
+) -> Result<Vec<f32>, ComplianceError> {
+    let shell = Shell::for_body(body, shape, settings)?;
+    let parts = body.region_parts();
+    let turns = [
+        DQuat::from_axis_angle(DVec3::Z, PI),
+        DQuat::from_axis_angle(DVec3::X, -FRAC_PI_2),
+        DQuat::from_axis_angle(DVec3::Z, FRAC_PI_2),
+    ];
+    let mut of_parts = vec![0.0; parts.len() * TURNS];
+    for (turn, world_from_body) in turns.into_iter().enumerate() {
+        let mut pose = Pose::REST;
+        pose.parent_from_joint[0] = world_from_body;
+        let mut solver = Solver::new(&shell, settings);
+        let settled = solver.step(&pose);
+        settled.map_err(|source| ComplianceError::NoRest {
+            shape: *shape,
+            source,
+        })?;
+        let lengths_m: Vec<f32> = solver.offsets_rest_m().map(|o| o.length()).collect();
+        for (part, weights) in parts.iter().enumerate() {
+            let moved = shell.vertices().iter().zip(&lengths_m);
+            let moved = moved.map(|(vertex, length_m)| weights[*vertex as usize] * length_m);
+            let weight: f32 = weights.iter().sum();
+            of_parts[part * TURNS + turn] = moved.sum::<f32>() / weight.max(f32::MIN_POSITIVE);
+        }
+    }
+    Ok(of_parts)
+}
