@@ -18,7 +18,7 @@ use crate::simulate::SimError;
 use crate::solver::Unstable;
 pub use execute::execute;
 pub use motions::{Motion, captures, procedurals, thin_captures};
-pub(crate) use shapes::shape_range;
+pub(crate) use shapes::even_shape;
 pub use shapes::{DRAWN_SHAPES, HELD_OUT_SHAPES, TRAINING_SHAPES, drawn_shape};
 
 /// One clip of the data set: a motion, perhaps mirrored, on one body shape.

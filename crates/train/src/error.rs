@@ -106,6 +106,14 @@ pub enum TrainError {
         /// What it should be.
         expected: String,
     },
+    /// Nothing to train on.
+    #[error("cannot train on `{device}`: {reason}")]
+    Device {
+        /// What was asked for.
+        device: &'static str,
+        /// Why not.
+        reason: String,
+    },
     /// Training left the finite numbers.
     #[error(
         "the loss became {loss} in epoch {epoch}; train with a smaller --learning-rate (the best \

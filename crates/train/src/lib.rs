@@ -7,6 +7,7 @@
 mod bundle;
 mod card;
 mod checkpoint;
+mod compute;
 mod data;
 mod epochs;
 mod error;
@@ -20,12 +21,14 @@ mod pca;
 mod placement;
 mod player;
 mod sample;
+mod settings;
 mod split;
 pub mod study;
 
 pub use bundle::{BundleParts, TrainingFacts, write_bundle};
 pub use card::model_card;
 pub use checkpoint::{Checkpoint, EpochRecord};
+pub use compute::Compute;
 pub use data::{ClipEntry, DataSet, Tissue, motion_features};
 pub use dynaskin_onnx_writer::Precision;
 pub use error::TrainError;

@@ -12,7 +12,7 @@ use dynaskin_train::dsnet::{
     train_autoencoder, train_predictor,
 };
 use dynaskin_train::dsnet::{LatentData, LatentSequence};
-use dynaskin_train::{Normaliser, Player, Precision};
+use dynaskin_train::{Compute, Normaliser, Player, Precision};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -70,7 +70,8 @@ fn the_autoencoder_learns_a_curved_family_of_fields_and_can_be_resumed() {
     let train = |folder: &Path, config: &DsnetConfig, resume: bool| {
         let mut ratios = Vec::new();
         let progress = &mut |epoch: &StageEpoch| ratios.push(epoch.record.validation_ratio);
-        train_autoencoder(&frames, config, folder, resume, progress).expect("training succeeds");
+        train_autoencoder(&frames, config, Compute::Cpu, (folder, resume), progress)
+            .expect("training succeeds");
         ratios
     };
     let ratios = train(&dir.path().join("whole"), &config(), false);
@@ -87,7 +88,13 @@ fn the_autoencoder_learns_a_curved_family_of_fields_and_can_be_resumed() {
         ..config()
     };
     let nothing = &mut |_: &StageEpoch| {};
-    let error = train_autoencoder(&frames, &other, &dir.path().join("again"), true, nothing);
+    let error = train_autoencoder(
+        &frames,
+        &other,
+        Compute::Cpu,
+        (&dir.path().join("again"), true),
+        nothing,
+    );
     assert!(error.is_err());
 }
 
@@ -138,8 +145,14 @@ fn both_variants_learn_a_lag_whose_size_the_shape_sets() {
         let dir = tempfile::tempdir().expect("a folder");
         let mut ratios = Vec::new();
         let progress = &mut |epoch: &StageEpoch| ratios.push(epoch.record.validation_ratio);
-        train_predictor(&data, inputs, &config(), dir.path(), false, progress)
-            .expect("training succeeds");
+        train_predictor(
+            (&data, inputs),
+            &config(),
+            Compute::Cpu,
+            (dir.path(), false),
+            progress,
+        )
+        .expect("training succeeds");
         let best = ratios.iter().copied().fold(f32::INFINITY, f32::min);
         assert!(best < most, "{inputs} inputs: {ratios:?}");
     }

@@ -2,7 +2,8 @@
 
 use dynaskin_body::SHAPE_COUNT;
 use dynaskin_train::{
-    BlockSize, Checkpoint, Locality, PredictorData, Sequence, TrainConfig, TrainError, train,
+    BlockSize, Checkpoint, Compute, Locality, PredictorData, Sequence, TrainConfig, TrainError,
+    train,
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -87,8 +88,14 @@ fn config(epochs: usize) -> TrainConfig {
 fn learns_damped_oscillators_it_has_not_seen() {
     let dir = tempfile::tempdir().expect("a folder");
     let checkpoint = Checkpoint::new(dir.path()).expect("a checkpoint");
-    let (_, best) =
-        train(&data(), &config(24), &checkpoint, false, |_| {}).expect("training succeeds");
+    let (_, best) = train(
+        &data(),
+        &config(24),
+        Compute::Cpu,
+        (&checkpoint, false),
+        |_| {},
+    )
+    .expect("training succeeds");
     // An oscillator's own amplitude is 1; static prediction has ratio 1.
     assert!(best.validation_ratio < 0.25, "{}", best.validation_ratio);
 }
@@ -99,13 +106,19 @@ fn the_seed_fixes_the_numbers_and_a_resumed_run_ends_the_same() {
     let run = |dir: &std::path::Path, epochs: usize, resume: bool| {
         let checkpoint = Checkpoint::new(dir).expect("a checkpoint");
         let mut losses = Vec::new();
-        train(&data, &config(4), &checkpoint, resume, |record| {
-            losses.push((record.training_loss, record.validation_ratio));
-            if losses.len() == epochs {
-                // A run that is killed leaves its files as they are after an epoch.
-                copy(dir, &dir.with_extension("killed"));
-            }
-        })
+        train(
+            &data,
+            &config(4),
+            Compute::Cpu,
+            (&checkpoint, resume),
+            |record| {
+                losses.push((record.training_loss, record.validation_ratio));
+                if losses.len() == epochs {
+                    // A run that is killed leaves its files as they are after an epoch.
+                    copy(dir, &dir.with_extension("killed"));
+                }
+            },
+        )
         .expect("training succeeds");
         losses
     };
@@ -130,11 +143,19 @@ fn other_settings_cannot_be_resumed() {
     let data = data();
     let dir = tempfile::tempdir().expect("a folder");
     let checkpoint = Checkpoint::new(dir.path()).expect("a checkpoint");
-    train(&data, &config(1), &checkpoint, false, |_| {}).expect("training succeeds");
+    train(
+        &data,
+        &config(1),
+        Compute::Cpu,
+        (&checkpoint, false),
+        |_| {},
+    )
+    .expect("training succeeds");
     let other = TrainConfig {
         hidden: 8,
         ..config(2)
     };
-    let error = train(&data, &other, &checkpoint, true, |_| {}).expect_err("other settings");
+    let error = train(&data, &other, Compute::Cpu, (&checkpoint, true), |_| {})
+        .expect_err("other settings");
     assert!(matches!(error, TrainError::Checkpoint { .. }), "{error}");
 }

@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use super::{COMPLIANCE_COUNT, ComplianceError, compliance_m};
-use crate::run::shape_range;
+use crate::run::even_shape;
 use crate::settings::SimSettings;
 
 /// Changes when the numbers of a shape change, so that tables made before are made anew.
@@ -90,17 +89,7 @@ impl ComplianceTable {
     /// The shape of row `index`: each coefficient by itself and evenly over 1.5 times the range of the
     /// training shapes. Depends on nothing but `index`.
     pub fn shape(index: usize) -> [f32; SHAPE_COUNT] {
-        let digest = Sha256::new()
-            .chain_update(b"compliance shape")
-            .chain_update((index as u64).to_le_bytes())
-            .finalize();
-        std::array::from_fn(|coefficient| {
-            // Two bytes a number: 20 of the 32.
-            let bytes = [digest[2 * coefficient], digest[2 * coefficient + 1]];
-            let even = f32::from(u16::from_le_bytes(bytes)) / f32::from(u16::MAX);
-            let (least, most) = shape_range(coefficient, REACH);
-            least + even * (most - least)
-        })
+        even_shape("compliance shape", index, REACH)
     }
 
     /// Works out the compliance of `count` shapes on rayon's current pool and writes the table into

@@ -39,21 +39,27 @@ pub(super) const FIRST_DRAWN: usize = TRAINING_SHAPES.len() + HELD_OUT_SHAPES.le
 /// [`TRAINING_SHAPES`]. Seven shapes show a network what a swing looks like but not how it depends on
 /// ten coefficients; a clip each of many shapes does. Depends on nothing but `index`.
 pub fn drawn_shape(index: usize) -> [f32; SHAPE_COUNT] {
+    even_shape("drawn shape", index, REACH)
+}
+
+/// The shape number `index` of the row `label`: each coefficient by itself and evenly over `reach` times
+/// the range of [`TRAINING_SHAPES`].
+pub(crate) fn even_shape(label: &str, index: usize, reach: f32) -> [f32; SHAPE_COUNT] {
     let digest = Sha256::new()
-        .chain_update(b"drawn shape")
+        .chain_update(label)
         .chain_update((index as u64).to_le_bytes())
         .finalize();
     std::array::from_fn(|coefficient| {
         // Two bytes a number: 20 of the 32.
         let bytes = [digest[2 * coefficient], digest[2 * coefficient + 1]];
         let even = f32::from(u16::from_le_bytes(bytes)) / f32::from(u16::MAX);
-        let (least, most) = shape_range(coefficient, REACH);
+        let (least, most) = shape_range(coefficient, reach);
         least + even * (most - least)
     })
 }
 
 /// The range of a coefficient over [`TRAINING_SHAPES`], `reach` times as wide about its middle.
-pub(crate) fn shape_range(coefficient: usize, reach: f32) -> (f32, f32) {
+fn shape_range(coefficient: usize, reach: f32) -> (f32, f32) {
     let of_shapes = TRAINING_SHAPES.iter().map(|shape| shape[coefficient]);
     let (least, most) = of_shapes.fold((f32::MAX, f32::MIN), |(least, most), value| {
         (least.min(value), most.max(value))

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::TrainError;
+use crate::compute::Compute;
 use crate::data::{DataSet, Tissue};
 use crate::split::Set;
 
@@ -97,6 +98,8 @@ pub struct TrainingInput<'a> {
     pub body: &'a BodyModel,
     /// Seed of everything random: the same seed and data give the same weights on one machine.
     pub seed: u64,
+    /// What to train on.
+    pub compute: Compute,
 }
 
 impl TrainingInput<'_> {

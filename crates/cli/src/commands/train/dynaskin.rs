@@ -28,8 +28,12 @@ pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Netw
 
     let start = Instant::now();
     let mut epochs_seen = 0;
-    let (predictor, best) =
-        train_predictor(&prepared.data, &config, &checkpoint, args.resume, |epoch| {
+    let (predictor, best) = train_predictor(
+        &prepared.data,
+        &config,
+        input.compute,
+        (&checkpoint, args.resume),
+        |epoch| {
             epochs_seen += 1;
             say(&epoch_line(
                 epoch,
@@ -37,7 +41,8 @@ pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Netw
                 epochs_seen,
                 start.elapsed(),
             ));
-        })?;
+        },
+    )?;
     let networks = dynaskin_networks(&prepared, &predictor, &config, best.epoch)?;
     Ok((networks, checkpoint.seconds()? / 60.0))
 }

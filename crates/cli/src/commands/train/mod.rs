@@ -15,9 +15,9 @@ use clap::Args;
 use dynaskin_body::BodyModel;
 use dynaskin_runtime::BundleFile;
 use dynaskin_train::{
-    BundleParts, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Report, RunFolder,
-    Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError, TrainingInput, evaluate,
-    train_dmpl, train_spring_bones, write_bundle,
+    BundleParts, Compute, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Report,
+    RunFolder, Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError, TrainingInput,
+    evaluate, train_dmpl, train_spring_bones, write_bundle,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -57,6 +57,9 @@ pub struct TrainArgs {
     /// Seed of everything random.
     #[arg(long, default_value_t = TrainConfig::default().seed)]
     seed: u64,
+    /// What to train on: cpu, cuda or vulkan; the latter two need the cargo feature of that name.
+    #[arg(long, value_parser = compute, default_value = "cpu")]
+    device: Compute,
     /// Passes over the training set; as many as the method usually takes unless given.
     #[arg(long)]
     epochs: Option<usize>,
@@ -87,9 +90,6 @@ pub struct TrainArgs {
     /// How loud the shape coefficients are beside the thickness of the tissue.
     #[arg(long, default_value_t = TrainConfig::default().shape_loudness)]
     shape_loudness: f32,
-    /// Keep the stiffness of springs the same however far they are out.
-    #[arg(long)]
-    linear_springs: bool,
     /// The body is in another folder already: do not write it.
     #[arg(long)]
     without_body: bool,
@@ -123,6 +123,13 @@ struct PaperArgs {
     /// Peak of the autoencoder's learning rate.
     #[arg(long)]
     autoencoder_learning_rate: Option<f64>,
+}
+
+fn compute(name: &str) -> Result<Compute, String> {
+    Compute::from_name(name).ok_or_else(|| {
+        let names = Compute::ALL.map(Compute::name);
+        format!("no such device; there are {}", names.join(", "))
+    })
 }
 
 fn method(name: &str) -> Result<Method, String> {
@@ -163,7 +170,6 @@ impl TrainArgs {
                 .unwrap_or(TrainConfig::default().learning_rate),
             weight_decay: self.weight_decay,
             shape_loudness: self.shape_loudness,
-            stiffening: !self.linear_springs,
             local: !self.global,
             mirror: !self.no_mirror,
             ..TrainConfig::default()
@@ -186,7 +192,10 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
         data_set: &data_set,
         body: &body,
         seed: args.seed,
+        compute: args.device,
     };
+    // A device that is not there should not be found missing after all clips are read.
+    args.device.device()?;
     let (networks, minutes) = match args.method {
         Method::Dynaskin => dynaskin::train(args, input)?,
         Method::SpringBones => {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::settings::within;
 
 /// Widths of the autoencoder (section 3.3): 6000, 3000 and 100 in the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -164,45 +165,26 @@ impl CasasOtaduyConfig {
     /// [`TrainError::Config`], naming the first that is not.
     pub fn check(&self) -> Result<(), TrainError> {
         let (a, r) = (&self.autoencoder, &self.regressor);
-        let counts = [
-            ("outer width", a.widths.outer, 1, 100_000),
-            ("inner width", a.widths.inner, 1, 100_000),
-            ("latents", a.widths.latent, 1, 4096),
-            ("span", a.span, a.widths.latent, 16_384),
-            ("span frames", a.span_frames, 1, 50_000),
-            ("autoencoder frames", a.frames, 1, 10_000_000),
-            ("autoencoder epochs", a.epochs, 1, 100_000),
-            ("autoencoder batch", a.batch, 1, 100_000),
-            ("hidden", r.hidden.unwrap_or(1), 1, 100_000),
-            ("rollout", r.rollout, 1, 1000),
-            ("epochs", r.epochs, 1, 100_000),
-            ("batch", r.batch, r.rollout, 1_000_000),
-        ];
-        for (setting, got, least, most) in counts {
-            if !(least..=most).contains(&got) {
-                return Err(TrainError::Config {
-                    setting,
-                    got: got.to_string(),
-                    expected: format!("{least} to {most}"),
-                });
-            }
-        }
-        let numbers = [
-            ("autoencoder rate", a.learning_rate, f64::MIN_POSITIVE, 1.0),
-            ("learning_rate", r.learning_rate, f64::MIN_POSITIVE, 1.0),
-            ("latent_noise", f64::from(r.latent_noise), 0.0, 10.0),
-            ("clip_norm", f64::from(r.clip_norm), 1e-6, 1e6),
-        ];
-        for (setting, got, least, most) in numbers {
-            if !(least..=most).contains(&got) {
-                return Err(TrainError::Config {
-                    setting,
-                    got: got.to_string(),
-                    expected: format!("{least} to {most}"),
-                });
-            }
-        }
-        Ok(())
+        within([
+            ("outer width", a.widths.outer, 1..=100_000),
+            ("inner width", a.widths.inner, 1..=100_000),
+            ("latents", a.widths.latent, 1..=4096),
+            ("span", a.span, a.widths.latent..=16_384),
+            ("span frames", a.span_frames, 1..=50_000),
+            ("autoencoder frames", a.frames, 1..=10_000_000),
+            ("autoencoder epochs", a.epochs, 1..=100_000),
+            ("autoencoder batch", a.batch, 1..=100_000),
+            ("hidden", r.hidden.unwrap_or(1), 1..=100_000),
+            ("rollout", r.rollout, 1..=1000),
+            ("epochs", r.epochs, 1..=100_000),
+            ("batch", r.batch, r.rollout..=1_000_000),
+        ])?;
+        within([
+            ("autoencoder rate", a.learning_rate, 1e-12..=1.0),
+            ("learning_rate", r.learning_rate, 1e-12..=1.0),
+            ("latent_noise", f64::from(r.latent_noise), 0.0..=10.0),
+            ("clip_norm", f64::from(r.clip_norm), 1e-6..=1e6),
+        ])
     }
 }
 

@@ -13,6 +13,7 @@ use super::data::{ClipFields, Prepared};
 use super::span::Span;
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
+use crate::compute::Compute;
 use crate::epochs::{EpochRun, Validation, rate_share};
 
 /// Frames encoded at a time where no gradient is needed.
@@ -26,10 +27,11 @@ pub(super) const BLOCK_FRAMES: usize = 2048;
 pub(super) fn fit_autoencoder(
     data: &Prepared,
     config: &AutoencoderConfig,
+    compute: Compute,
     (checkpoint, resume): (&Checkpoint, bool),
     mut progress: impl FnMut(&EpochRecord),
 ) -> Result<(Autoencoder, EpochRecord), TrainError> {
-    let device = Device::flex().autodiff();
+    let device = compute.device()?.autodiff();
     device.seed(config.seed);
     let model = Autoencoder::new(config.widths, &data.span.deviations, &device);
     let run = EpochRun {
@@ -41,7 +43,7 @@ pub(super) fn fit_autoencoder(
     let best = run.run(
         model,
         AdamConfig::new().init(),
-        |epoch, model, optimizer| run_epoch(data, config, epoch, model, optimizer),
+        |epoch, model, optimizer| run_epoch((data, &device), config, epoch, model, optimizer),
         |model| validate(model, data),
         &mut progress,
     )?;
@@ -51,13 +53,12 @@ pub(super) fn fit_autoencoder(
 }
 
 fn run_epoch(
-    data: &Prepared,
+    (data, device): (&Prepared, &Device),
     config: &AutoencoderConfig,
     epoch: usize,
     mut model: Autoencoder,
     optimizer: &mut ModuleOptimizer,
 ) -> Result<(Autoencoder, f32), TrainError> {
-    let device = Device::flex().autodiff();
     let width = data.span.width();
     let clips = data.training.iter().enumerate();
     let mut order: Vec<(usize, usize)> = clips
@@ -75,7 +76,7 @@ fn run_epoch(
             numbers.extend_from_slice(&fields[frame * width..(frame + 1) * width]);
         }
         let fields = TensorData::new(numbers, [frames.len(), width]);
-        let fields = Tensor::<2>::from_data(fields, &device);
+        let fields = Tensor::<2>::from_data(fields, device);
         let error = model.decode(model.encode(fields.clone())) - fields;
         let loss = error.powi_scalar(2).mean();
         let value = loss.clone().into_scalar::<f32>();
@@ -110,12 +111,17 @@ fn validate(model: &Autoencoder, data: &Prepared) -> Validation {
         {
             let shape = [latents.len() / latent_count(model), latent_count(model)];
             let latents = TensorData::new(latents.to_vec(), shape);
-            let fields = model.decode(Tensor::from_data(latents, &Device::flex()));
+            let fields = model.decode(Tensor::from_data(latents, &home(model)));
             let fields: Vec<f32> = fields.into_data().iter::<f32>().collect();
             sums.add(&fields, truth);
         }
     }
     sums.validation()
+}
+
+/// The device that the network lives on.
+fn home(model: &Autoencoder) -> Device {
+    model.encoder_latent.weight.val().device()
 }
 
 fn latent_count(model: &Autoencoder) -> usize {
@@ -128,7 +134,7 @@ pub(super) fn encode(model: &Autoencoder, clip: &ClipFields, width: usize) -> Ve
     let mut latents = Vec::with_capacity(clip.frames * latent_count(&model));
     for fields in clip.fields.chunks(BLOCK_FRAMES * width) {
         let shape = [fields.len() / width, width];
-        let fields = Tensor::from_data(TensorData::new(fields.to_vec(), shape), &Device::flex());
+        let fields = Tensor::from_data(TensorData::new(fields.to_vec(), shape), &home(&model));
         latents.extend(model.encode(fields).into_data().iter::<f32>());
     }
     latents

@@ -16,6 +16,7 @@ use super::regressor::{Past, Regressor, input_count, masters_width, row};
 use super::window::KIND;
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
+use crate::compute::Compute;
 use crate::epochs::{EpochRun, Validation, rate_share};
 
 /// What the regressor learns from beside the clips.
@@ -47,10 +48,11 @@ struct Fixed {
 pub(super) fn fit_regressor(
     lesson: &Lesson<'_>,
     config: &RegressorConfig,
+    compute: Compute,
     (checkpoint, resume): (&Checkpoint, bool),
     mut progress: impl FnMut(&EpochRecord),
 ) -> Result<(Regressor, EpochRecord), TrainError> {
-    let device = Device::flex().autodiff();
+    let device = compute.device()?.autodiff();
     let latents = lesson.scale.count();
     let coordinates = lesson.data.span.basis.coordinates();
     let rule = || masters_width(input_count(latents), coordinates);
@@ -259,8 +261,8 @@ pub(super) fn roll_out(
     scale: &LatentScale,
     clips: &[&ClipFields],
 ) -> Vec<Vec<f32>> {
-    let device = Device::flex();
     let model = model.valid();
+    let device = model.hidden.weight.val().device();
     let (lanes, count) = (clips.len(), scale.count());
     let step_gain = row(&scale.step_gain(), &device);
     let at_rest = row(&scale.at_rest(), &device).repeat_dim(0, lanes);

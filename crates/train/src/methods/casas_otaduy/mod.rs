@@ -121,6 +121,7 @@ pub fn train_casas_otaduy(
     let (autoencoder, _) = fit_autoencoder::fit_autoencoder(
         &data,
         &config.autoencoder,
+        input.compute,
         (&checkpoint, resume),
         |record| {
             progress(CasasOtaduyProgress::Epoch {
@@ -144,6 +145,7 @@ pub fn train_casas_otaduy(
     let (regressor, best) = fit_regressor::fit_regressor(
         &lesson,
         &config.regressor,
+        input.compute,
         (&checkpoint, resume),
         |record| {
             progress(CasasOtaduyProgress::Epoch {

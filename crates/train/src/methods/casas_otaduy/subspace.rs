@@ -59,7 +59,7 @@ pub fn compare_subspaces(
             config.widths.latent = *latents;
             let (checkpoint, resume) = folder.checkpoint(&autoencoder_folder(*latents))?;
             let run = (&checkpoint, resume);
-            let (model, _) = fit_autoencoder(&data, &config, run, |record| {
+            let (model, _) = fit_autoencoder(&data, &config, input.compute, run, |record| {
                 progress(CasasOtaduyProgress::Epoch {
                     network: "autoencoder",
                     epochs: config.epochs,

@@ -13,6 +13,7 @@ use super::rigidity::Rigidity;
 use super::span::Span;
 use super::window::{KIND, POSE, differenced, normalise, normaliser};
 use crate::checkpoint::{Checkpoint, EpochRecord};
+use crate::compute::Compute;
 
 const VERTICES: usize = 10;
 
@@ -118,7 +119,8 @@ fn it_learns_oscillators_played_on_its_own_latents() {
     let keep = |name: &str| Checkpoint::new(&dir.path().join(name)).expect("a checkpoint");
     let (checkpoint, config) = (keep("autoencoder"), autoencoder_config());
     let (autoencoder, best) =
-        fit_autoencoder(&data, &config, (&checkpoint, false), |_| {}).expect("an autoencoder");
+        fit_autoencoder(&data, &config, Compute::Cpu, (&checkpoint, false), |_| {})
+            .expect("an autoencoder");
     assert!(best.validation_ratio < 0.1, "{best:?}");
 
     let (scale, latents) = LatentScale::fit(&autoencoder, &data);
@@ -133,9 +135,15 @@ fn it_learns_oscillators_played_on_its_own_latents() {
         let checkpoint = keep(name);
         let mut records: Vec<EpochRecord> = Vec::new();
         let config = regressor_config(epochs);
-        let (_, best) = fit_regressor(&lesson, &config, (&checkpoint, resume), |record| {
-            records.push(record.clone());
-        })
+        let (_, best) = fit_regressor(
+            &lesson,
+            &config,
+            Compute::Cpu,
+            (&checkpoint, resume),
+            |record| {
+                records.push(record.clone());
+            },
+        )
         .expect("a regressor");
         (best, records)
     };

@@ -13,6 +13,7 @@ use super::autoencoder::Autoencoder;
 use super::config::{AutoencoderSizes, DsnetConfig};
 use super::stage::{Run, Stage, StageEpoch, Trained, finite};
 use crate::TrainError;
+use crate::compute::Compute;
 use crate::data::{ClipEntry, DataSet, Tissue};
 use crate::epochs::Validation;
 use crate::split::Set;
@@ -104,7 +105,7 @@ pub struct Compressor {
 impl Compressor {
     /// Latents of offsets in metres, `[frame][latent]` flat.
     pub fn encode(&self, offsets_m: &[f32]) -> Vec<f32> {
-        let device = Device::flex();
+        let device = self.model.encode.weights.val().device();
         let mut latents = Vec::new();
         for chunk in offsets_m.chunks(CHUNK * 3 * self.vertices) {
             let field = fields(chunk, self.vertices, self.largest_m, &device);
@@ -120,7 +121,7 @@ impl Compressor {
 
     /// Offsets in metres of latents.
     pub fn decode(&self, latents: &[f32]) -> Vec<f32> {
-        let device = Device::flex();
+        let device = self.model.encode.weights.val().device();
         let count = self.sizes.latents;
         let mut offsets_m = Vec::new();
         for chunk in latents.chunks(CHUNK * count) {
@@ -165,8 +166,8 @@ fn fields(offsets_m: &[f32], vertices: usize, unit_m: f32, device: &Device) -> T
 pub fn train_autoencoder(
     frames: &OffsetFrames,
     config: &DsnetConfig,
-    folder: &Path,
-    resume: bool,
+    compute: Compute,
+    (folder, resume): (&Path, bool),
     progress: &mut dyn FnMut(&StageEpoch),
 ) -> Result<Trained<Compressor>, TrainError> {
     let run = Run {
@@ -184,7 +185,7 @@ pub fn train_autoencoder(
         learning_rate: config.autoencoder_learning_rate,
         resume,
     };
-    let device = Device::flex().autodiff();
+    let device = compute.device()?.autodiff();
     device.seed(config.seed);
     let (sizes, vertices) = (config.autoencoder, frames.vertices);
     let largest_m = frames.largest_m();

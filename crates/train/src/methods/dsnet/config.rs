@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::settings::within;
 
 /// How the body's shape β enters the predictor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -16,7 +17,8 @@ pub enum ShapeInput {
 
 /// Settings of a DSNet run; they are stored beside the weights.
 ///
-/// The defaults train in minutes on two cores. [`DsnetConfig::published`] has the paper's numbers.
+/// The defaults train in an hour on two cores, with an autoencoder that leaves 0.4 of static; one with a third
+/// of the channels and strides of 4 left 0.7. [`DsnetConfig::published`] has the paper's numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DsnetConfig {
@@ -88,22 +90,22 @@ impl Default for DsnetConfig {
             seed: 1,
             shape_input: ShapeInput::EveryStep,
             autoencoder: AutoencoderSizes {
-                channels: [4, 8],
+                channels: [12, 24],
                 kernel: 5,
-                strides: [4, 4, 2, 2],
+                strides: [2, 2, 2, 2],
                 latents: 100,
             },
-            autoencoder_frames: 1500,
+            autoencoder_frames: 3000,
             autoencoder_epochs: 30,
             autoencoder_batch: 32,
-            autoencoder_learning_rate: 5e-3,
+            autoencoder_learning_rate: 3e-3,
             linear: 64,
             tanh: 128,
             hidden: 60,
             frames: 300,
             batch: 16,
-            epochs: 30,
-            learning_rate: 3e-3,
+            epochs: 100,
+            learning_rate: 2e-3,
             mask: true,
         }
     }
@@ -133,42 +135,40 @@ impl DsnetConfig {
         let sizes = &self.autoencoder;
         let smallest_stride = sizes.strides.into_iter().min().unwrap_or(0);
         let largest_stride = sizes.strides.into_iter().max().unwrap_or(0);
-        let counts = [
-            ("autoencoder.channels", sizes.channels[0], 4096),
-            ("autoencoder.channels", sizes.channels[1], 4096),
-            ("autoencoder.kernel", sizes.kernel, 63),
-            ("autoencoder.strides", smallest_stride, 16),
+        within([
+            ("autoencoder.channels", sizes.channels[0], 1..=4096),
+            ("autoencoder.channels", sizes.channels[1], 1..=4096),
+            ("autoencoder.kernel", sizes.kernel, 1..=63),
+            ("autoencoder.strides", smallest_stride, 1..=16),
             // A kernel shorter than its stride would not see every vertex.
-            ("autoencoder.strides", largest_stride, sizes.kernel.max(1)),
-            ("autoencoder.latents", sizes.latents, 4096),
-            ("autoencoder_frames", self.autoencoder_frames, 1_000_000),
-            ("autoencoder_epochs", self.autoencoder_epochs, 100_000),
-            ("autoencoder_batch", self.autoencoder_batch, 4096),
-            ("linear", self.linear, 4096),
-            ("tanh", self.tanh, 4096),
-            ("hidden", self.hidden, 4096),
-            ("frames", self.frames, 10_000),
-            ("batch", self.batch, 4096),
-            ("epochs", self.epochs, 100_000),
-        ];
-        for (setting, got, most) in counts {
-            if got == 0 || got > most {
-                return Err(refused(setting, got, &format!("1 to {most}")));
-            }
-        }
+            ("autoencoder.strides", largest_stride, 1..=sizes.kernel),
+            ("autoencoder.latents", sizes.latents, 1..=4096),
+            ("autoencoder_frames", self.autoencoder_frames, 1..=1_000_000),
+            ("autoencoder_epochs", self.autoencoder_epochs, 1..=100_000),
+            ("autoencoder_batch", self.autoencoder_batch, 1..=4096),
+            ("linear", self.linear, 1..=4096),
+            ("tanh", self.tanh, 1..=4096),
+            ("hidden", self.hidden, 1..=4096),
+            ("frames", self.frames, 1..=10_000),
+            ("batch", self.batch, 1..=4096),
+            ("epochs", self.epochs, 1..=100_000),
+        ])?;
         if sizes.kernel.is_multiple_of(2) {
-            return Err(refused("autoencoder.kernel", sizes.kernel, "odd"));
+            return Err(TrainError::Config {
+                setting: "autoencoder.kernel",
+                got: sizes.kernel.to_string(),
+                expected: "odd".into(),
+            });
         }
-        let rates = [
-            ("autoencoder_learning_rate", self.autoencoder_learning_rate),
-            ("learning_rate", self.learning_rate),
-        ];
-        for (setting, got) in rates {
-            if !(f64::MIN_POSITIVE..=1.0).contains(&got) {
-                return Err(refused(setting, got, "above 0, to 1"));
-            }
-        }
-        Ok(())
+        let rates = 1e-12..=1.0;
+        within([
+            (
+                "autoencoder_learning_rate",
+                self.autoencoder_learning_rate,
+                rates.clone(),
+            ),
+            ("learning_rate", self.learning_rate, rates),
+        ])
     }
 
     /// The networks and their training in words.
@@ -209,14 +209,6 @@ impl DsnetConfig {
             },
             epochs = self.epochs,
         )
-    }
-}
-
-fn refused(setting: &'static str, got: impl ToString, expected: &str) -> TrainError {
-    TrainError::Config {
-        setting,
-        got: got.to_string(),
-        expected: expected.to_owned(),
     }
 }
 

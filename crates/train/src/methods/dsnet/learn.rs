@@ -13,6 +13,7 @@ use super::config::DsnetConfig;
 use super::predictor::{DsnetPredictor, Sequences};
 use super::stage::{Run, Stage, StageEpoch, Trained, finite};
 use crate::TrainError;
+use crate::compute::Compute;
 use crate::epochs::Validation;
 
 /// Keeps the root's slope finite where a prediction is exact.
@@ -110,11 +111,10 @@ fn distance(latents: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
 /// # Errors
 /// [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].
 pub fn train_predictor(
-    data: &LatentData,
-    inputs: usize,
+    (data, inputs): (&LatentData, usize),
     config: &DsnetConfig,
-    folder: &Path,
-    resume: bool,
+    compute: Compute,
+    (folder, resume): (&Path, bool),
     progress: &mut dyn FnMut(&StageEpoch),
 ) -> Result<Trained<DsnetPredictor>, TrainError> {
     let run = Run {
@@ -126,7 +126,7 @@ pub fn train_predictor(
         learning_rate: config.learning_rate,
         resume,
     };
-    let device = Device::flex().autodiff();
+    let device = compute.device()?.autodiff();
     device.seed(config.seed);
     let widths = (inputs, config.autoencoder.latents);
     let functions = data.training.first().map(|s| s.basis.len());
@@ -160,7 +160,7 @@ fn validate(
     widths: (usize, usize),
     config: &DsnetConfig,
 ) -> Validation {
-    let device = Device::flex();
+    let device = model.from_hidden.val().device();
     let rest = TensorData::new(data.rest.clone(), [1, data.rest.len()]);
     let rest = Tensor::<2>::from_data(rest, &device);
     let (mut error, mut still, mut frames) = (0.0f64, 0.0f64, 0.0f64);

@@ -75,7 +75,7 @@ pub fn train_dsnet(
     })?;
     let folder = checkpoint.join("autoencoder");
     let tell = &mut |epoch: &StageEpoch| progress(Progress::Epoch(epoch));
-    let autoencoder = train_autoencoder(&frames, config, &folder, resume, tell)?;
+    let autoencoder = train_autoencoder(&frames, config, input.compute, (&folder, resume), tell)?;
     drop(frames);
     let compressor = &autoencoder.model;
 
@@ -86,7 +86,13 @@ pub fn train_dsnet(
     };
     let folder = checkpoint.join(name);
     let tell = &mut |epoch: &StageEpoch| progress(Progress::Epoch(epoch));
-    let predictor = train_predictor(&encoded.data, inputs, config, &folder, resume, tell)?;
+    let predictor = train_predictor(
+        (&encoded.data, inputs),
+        config,
+        input.compute,
+        (&folder, resume),
+        tell,
+    )?;
     let seconds = autoencoder.seconds + predictor.seconds;
     let networks = networks(config, compressor, &encoded, &predictor)?;
     Ok((networks, seconds))

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::settings::within;
 
 /// Settings of a training run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,8 +34,6 @@ pub struct TrainConfig {
     pub clip_norm: f32,
     /// How loud the shape coefficients are, beside numbers about the body of deviation 1.
     pub shape_loudness: f32,
-    /// Whether springs may change their stiffness with how far they are out.
-    pub stiffening: bool,
     /// Whether each block of the body has springs and cells of its own, which hear its joints only.
     pub local: bool,
     /// Whether the mirror image of every training clip is learned from as well.
@@ -57,7 +56,6 @@ impl Default for TrainConfig {
             weight_decay: 0.1,
             clip_norm: 1.0,
             shape_loudness: 0.3,
-            stiffening: true,
             local: true,
             mirror: true,
         }
@@ -70,7 +68,7 @@ impl TrainConfig {
         format!(
             "Decoder: {components} principal components about zero, each of one block of the body. Predictor: dense {encoding} with \
              tanh; {springs} damped springs whose stiffness and damping depend on shape and \
-             material{stiffening}{local}; LSTM {hidden}{cells}; dense to {components}. No bias between motion and \
+             material{local}; LSTM {hidden}{cells}; dense to {components}. No bias between motion and \
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
              lanes{mirrored}; loss: mean over the blocks of the root mean square offset error in \
@@ -84,11 +82,6 @@ impl TrainConfig {
             epochs = self.epochs,
             window = self.window,
             lanes = self.lanes,
-            stiffening = if self.stiffening {
-                ", the stiffness also on the swing"
-            } else {
-                ""
-            },
             local = if self.local {
                 ", each driven by the joints of one block and read out for it"
             } else {
@@ -112,41 +105,26 @@ impl TrainConfig {
     /// # Errors
     /// [`TrainError::Config`], naming the first that is not.
     pub fn check(&self) -> Result<(), TrainError> {
-        let counts = [
-            ("epochs", self.epochs, 100_000),
-            ("encoding", self.encoding, 4096),
-            ("springs", self.springs, 4096),
-            ("hidden", self.hidden, 4096),
-            ("components", self.components, 4096),
-            ("pca_frames", self.pca_frames, 50_000),
-            ("window", self.window, 10_000),
-            ("lanes", self.lanes, 4096),
-        ];
-        for (setting, got, most) in counts {
-            if got == 0 || got > most {
-                return Err(TrainError::Config {
-                    setting,
-                    got: got.to_string(),
-                    expected: format!("1 to {most}"),
-                });
-            }
-        }
-        let numbers = [
-            ("learning_rate", self.learning_rate, f64::MIN_POSITIVE, 1.0),
-            ("weight_decay", f64::from(self.weight_decay), 0.0, 10.0),
-            ("clip_norm", f64::from(self.clip_norm), 1e-6, 1e6),
-            ("shape_loudness", f64::from(self.shape_loudness), 0.0, 100.0),
-        ];
-        for (setting, got, least, most) in numbers {
-            if !(least..=most).contains(&got) {
-                return Err(TrainError::Config {
-                    setting,
-                    got: got.to_string(),
-                    expected: format!("{least} to {most}"),
-                });
-            }
-        }
-        Ok(())
+        within([
+            ("epochs", self.epochs, 1..=100_000),
+            ("encoding", self.encoding, 1..=4096),
+            ("springs", self.springs, 1..=4096),
+            ("hidden", self.hidden, 1..=4096),
+            ("components", self.components, 1..=4096),
+            ("pca_frames", self.pca_frames, 1..=50_000),
+            ("window", self.window, 1..=10_000),
+            ("lanes", self.lanes, 1..=4096),
+        ])?;
+        within([
+            ("learning_rate", self.learning_rate, 1e-12..=1.0),
+            ("weight_decay", f64::from(self.weight_decay), 0.0..=10.0),
+            ("clip_norm", f64::from(self.clip_norm), 1e-6..=1e6),
+            (
+                "shape_loudness",
+                f64::from(self.shape_loudness),
+                0.0..=100.0,
+            ),
+        ])
     }
 }
 

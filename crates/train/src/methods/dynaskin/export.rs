@@ -83,23 +83,19 @@ fn springs(
     let pole_rows = conditions + encoding_count;
     let poles = weights.matrix(graph, "poles", &weights.poles, pole_rows)?;
     let poles_bias = weights.vector(graph, "poles_bias", &weights.poles_bias)?;
-    let stiffening = weights.vector(graph, "stiffening", &weights.stiffening)?;
     let mode_scale = weights.matrix(graph, "mode_scale", &weights.mode_scale, conditions)?;
 
     let pole_input = graph.concat(&[condition, encoding], 1)?;
     let poles = graph.dense(&pole_input, &poles, &poles_bias)?;
+    let poles = graph.sigmoid(&poles);
     let parts = graph.split(&poles, 1, &[springs, springs])?;
-    let strain = graph.mul(&position, &position)?;
-    let strain = graph.mul(&strain, &stiffening)?;
-    let stiffness = graph.add(&parts[0], &strain)?;
-    let stiffness = graph.sigmoid(&stiffness);
-    let stiffness = graph.add(&stiffness, &stiffness)?;
-    let retained = graph.sigmoid(&parts[1]);
+    let stiffness = graph.add(&parts[0], &parts[0])?;
+    let retained = &parts[1];
     let drive_input = graph.concat(&[motion, encoding], 1)?;
     let target = graph.matmul(&drive_input, &drive)?;
     let stretch = graph.sub(&target, &position)?;
     let pull = graph.mul(&stiffness, &stretch)?;
-    let kept = graph.mul(&retained, &velocity)?;
+    let kept = graph.mul(retained, &velocity)?;
     let velocity = graph.add(&kept, &pull)?;
     let position = graph.add(&position, &velocity)?;
     let scale = graph.matmul(condition, &mode_scale)?;
@@ -180,7 +176,6 @@ struct Folded {
     /// The damping half is negated: what is retained, 1 - σ(x), is σ(-x).
     poles: Vec<f32>,
     poles_bias: Vec<f32>,
-    stiffening: Vec<f32>,
     mode_scale: Vec<f32>,
     code: Vec<f32>,
     /// Input weights of the whole LSTM cell: code, then the conditions, which have zeros for the candidate.
@@ -239,7 +234,6 @@ impl Folded {
             drive: scaled_rows(&predictor.local_drive(), motion_scale),
             poles,
             poles_bias,
-            stiffening: flat(predictor.stiffening.val()),
             mode_scale: scaled_rows(&predictor.local_mode_scale(), condition_scale),
             code: flat(predictor.local_code()),
             from_input,
@@ -285,7 +279,6 @@ fn flat<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
 mod tests {
     use std::sync::Arc;
 
-    use burn::module::Param;
     use burn::tensor::{Device, TensorData};
     use dynaskin_body::{REGION_COUNT, SHAPE_COUNT};
     use dynaskin_runtime::features::{FeatureKind, MATERIAL_COUNT};
@@ -368,13 +361,11 @@ mod tests {
         let device = Device::flex();
         device.seed(3);
         let locality = Locality::everywhere(sizes.motion, sizes.conditions, sizes.latent);
-        let mut predictor = Predictor::new(sizes, &locality, &device);
+        let predictor = Predictor::new(sizes, &locality, &device);
         let mut rng = Pcg64Mcg::seed_from_u64(7);
         let mut numbers = |count: usize| -> Vec<f32> {
             (0..count).map(|_| rng.random_range(-1.5..1.5)).collect()
         };
-        let stiffening = TensorData::new(numbers(sizes.springs), [sizes.springs]);
-        predictor.stiffening = Param::from_data(stiffening, &device);
         let normaliser = Normaliser {
             origin: numbers(KIND.count()),
             scale: numbers(KIND.count())

@@ -11,7 +11,7 @@
 //!
 //! ```text
 //! e = tanh(x E)                             encoding
-//! k = 2 σ(K0 + [β, e] K + S q²),  d = σ(D0 + [β, e] D)
+//! k = 2 σ(K0 + [β, e] K),  d = σ(D0 + [β, e] D)
 //! v' = v - d v + k ([x, e] U - q)           each spring is pulled to where its drive points
 //! q' = q + v'
 //! m = [q', v'] exp(β G)                     modes, scaled by shape: a power of the thickness
@@ -24,8 +24,7 @@
 //! Every unit belongs to a block of the body, and all weights are zero between different blocks
 //! ([`crate::Locality`]) but for those of C, which also hear the blocks beside their own.
 //!
-//! S makes a spring stiffer, or softer, the further it is out: tissue stiffens with strain, so large swings
-//! ring faster than small ones. With fixed k and d a spring is stable for 0 < k < 4 - 2 d, which the ranges of k and d grant; k
+//! With fixed k and d a spring is stable for 0 < k < 4 - 2 d, which the ranges of k and d grant; k
 //! in 0..2 reaches 15 Hz and beyond at 60 ticks a second.
 //!
 //! **A body at rest settles to zero by construction.** Nothing between motion and latent has a
@@ -80,8 +79,6 @@ pub struct Predictor {
     pub poles: Param<Tensor<2>>,
     /// K0 and D0: `[2 · springs]`.
     pub poles_bias: Param<Tensor<1>>,
-    /// S: `[springs]`.
-    pub stiffening: Param<Tensor<1>>,
     /// G: `[conditions, 2 · springs]`.
     pub mode_scale: Param<Tensor<2>>,
     /// C: `[2 · springs + encoding, encoding]`.
@@ -249,7 +246,6 @@ impl Predictor {
             drive: random(motion + encoding, springs, springs, wider(&masks.drive)),
             poles: random(conditions + encoding, modes, springs, 0.2),
             poles_bias: vector(first_poles(&locality.unit_blocks(springs))),
-            stiffening: vector(vec![0.0; springs]),
             mode_scale: random(conditions, modes, springs, 0.3),
             code: random(modes + encoding, encoding, encoding, wider(&masks.code)),
             // One gate's fan, not four: each gate is a layer of its own.
@@ -375,25 +371,24 @@ impl Predictor {
         let condition = &window.condition;
         let poles = Tensor::cat(vec![condition.clone(), encoding.clone()], 1);
         let poles = poles.matmul(self.local_poles()) + self.poles_bias.val().unsqueeze::<2>();
-        let stiffness = poles.clone().narrow(1, 0, springs);
-        let retained = 1.0 - activation::sigmoid(poles.narrow(1, springs, springs));
+        let poles = activation::sigmoid(poles);
+        let stiffness = poles.clone().narrow(1, 0, springs) * 2.0;
+        let retained = 1.0 - poles.narrow(1, springs, springs);
         let drive = Tensor::cat(vec![motion, encoding.clone()], 1).matmul(self.local_drive());
-        let stiffening = self.stiffening.val().unsqueeze::<2>();
+        let pull = stiffness.clone() * drive;
 
         let mut position = state.position.clone();
         let mut velocity = state.velocity.clone();
         let (mut positions, mut velocities) = (Vec::new(), Vec::new());
         let ticks = ticks(stiffness, window.lanes)
             .zip(ticks(retained, window.lanes))
-            .zip(ticks(drive, window.lanes));
-        for (((stiffness, retained), drive), keep) in ticks.zip(&window.keep) {
+            .zip(ticks(pull, window.lanes));
+        for (((stiffness, retained), pull), keep) in ticks.zip(&window.keep) {
             if let Some(keep) = keep {
                 position = position * keep.clone();
                 velocity = velocity * keep.clone();
             }
-            let strain = position.clone().powi_scalar(2) * stiffening.clone();
-            let stiffness = activation::sigmoid(stiffness + strain) * 2.0;
-            velocity = retained * velocity + stiffness * (drive - position.clone());
+            velocity = retained * velocity + (pull - stiffness * position.clone());
             position = position + velocity.clone();
             positions.push(position.clone());
             velocities.push(velocity.clone());

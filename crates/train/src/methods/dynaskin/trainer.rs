@@ -11,6 +11,7 @@ use super::locality::Locality;
 use super::predictor::{Predictor, PredictorSizes};
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
+use crate::compute::Compute;
 use crate::epochs::{EpochRun, Validation, rate_share};
 
 /// Rounds the corner of the loss at zero error, in millimetres: below it frames count as done.
@@ -64,15 +65,16 @@ impl BlockSize {
 /// drowning the rest, and is close to the mean vertex error that models are judged by.
 ///
 /// # Errors
-/// [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].
+/// [`TrainError::Device`], [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].
 pub fn train(
     data: &PredictorData,
     config: &TrainConfig,
-    checkpoint: &Checkpoint,
-    resume: bool,
+    compute: Compute,
+    (checkpoint, resume): (&Checkpoint, bool),
     mut progress: impl FnMut(&EpochRecord),
 ) -> Result<(Predictor, EpochRecord), TrainError> {
-    let device = Device::flex().autodiff();
+    let plain = compute.device()?;
+    let device = plain.clone().autodiff();
     device.seed(config.seed);
     let sizes = PredictorSizes {
         motion: data.motion,
@@ -82,18 +84,14 @@ pub fn train(
         hidden: config.hidden,
         latent: data.deviation_m.len(),
     };
-    let mut model = Predictor::new(sizes, &data.locality, &device);
-    if !config.stiffening {
-        // It starts at 0 and stays there.
-        model.stiffening = model.stiffening.set_require_grad(false);
-    }
+    let model = Predictor::new(sizes, &data.locality, &device);
     let optimizer = AdamWConfig::new()
         .with_weight_decay(config.weight_decay)
         .with_epsilon(1e-8)
         .with_grad_clipping(Some(GradientClippingConfig::Norm(config.clip_norm)))
         .init();
     let metric = Metric::new(data, &device);
-    let plain_metric = Metric::new(data, &Device::flex());
+    let plain_metric = Metric::new(data, &plain);
     let run = EpochRun {
         checkpoint,
         config,
