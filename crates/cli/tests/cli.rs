@@ -83,6 +83,35 @@ fn simulated_clips_are_kept_and_damaged_ones_made_again() {
 }
 
 #[test]
+fn compliance_alone_is_worked_out_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = female_body();
+    let arguments = [
+        "simulate",
+        "--body",
+        body.to_str().unwrap(),
+        "--out",
+        folder.path().to_str().unwrap(),
+        "--compliance",
+        "1",
+    ];
+    let output = dynaskin(&arguments);
+    assert!(output.status.success(), "{output:?}");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(printed.contains("compliance of 1 shapes"), "{printed}");
+    let path = folder.path().join("compliance.json");
+    let table: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    let metres = table["rows"][0]["metres"].as_array().unwrap();
+    assert_eq!(metres.len(), 36);
+    // Breasts give way by millimetres to centimetres.
+    let breast_m = metres[0].as_f64().unwrap();
+    assert!((0.002..0.1).contains(&breast_m), "{breast_m}");
+    let written = fs::metadata(&path).unwrap().modified().unwrap();
+    assert!(dynaskin(&arguments).status.success());
+    assert_eq!(fs::metadata(&path).unwrap().modified().unwrap(), written);
+}
+
+#[test]
 fn clips_of_another_body_and_earlier_runs_are_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path().to_str().unwrap();

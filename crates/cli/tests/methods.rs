@@ -186,6 +186,17 @@ fn what_cannot_be_learned_from_is_told() {
         "no clip: {error}"
     );
 
+    // Half a table of compliances.
+    let halved = copied_data();
+    fs::write(halved.path().join("compliance.json"), "{\"version\": 1,").unwrap();
+    let error = train(halved.path(), &female, &[]);
+    assert!(error.contains("compliance.json"), "half a table: {error}");
+
+    if cfg!(not(feature = "cuda")) {
+        let error = train(data(), &female, &["--device", "cuda"]);
+        assert!(error.contains("--features cuda"), "no device: {error}");
+    }
+
     // Offsets that are no numbers.
     let broken = copied_data();
     let path = clip(broken.path(), "hop");
