@@ -1,8 +1,9 @@
 // A motion capture file made by formula: a T-posed figure that stands, hops three times and stands
 // still again. In centimetres, with the joint names of the CMU files.
 
-type Vector = [number, number, number];
-interface Bone {
+export type Vector = [number, number, number];
+/** A bone of the figure. */
+export interface Bone {
   name: string;
   offset: Vector;
   children?: Bone[];
@@ -43,7 +44,8 @@ function arm(side: "Left" | "Right", sign: number): Bone {
   };
 }
 
-const SKELETON: Bone = {
+/** The figure. */
+export const SKELETON: Bone = {
   name: "Hips",
   offset: [0, 0, 0],
   children: [
@@ -71,7 +73,7 @@ const SKELETON: Bone = {
   ],
 };
 
-const FRAMES_PER_SECOND = 60;
+export const FRAMES_PER_SECOND = 60;
 const STAND_SECONDS = 0.8;
 const HOPS = 3;
 const HOP_SECONDS = 0.62;
@@ -82,6 +84,9 @@ const STANDING_HIP_CM = 93;
 
 /** Length of the motion in seconds. */
 export const HOP_FILE_SECONDS = STAND_SECONDS + HOPS * HOP_SECONDS + SETTLE_SECONDS;
+
+/** Number of frames. */
+export const HOP_FRAMES = Math.round(HOP_FILE_SECONDS * FRAMES_PER_SECOND) + 1;
 
 /** Rise of the hips over standing at a time, in centimetres: a dip on the floor, a parabola above. */
 function rise(time: number): number {
@@ -105,15 +110,21 @@ function kneeDegrees(riseCm: number): number {
   return (2 * Math.acos((legCm + shorter) / legCm) * 180) / Math.PI;
 }
 
+/** Angles of a bone about z, x and y in degrees. */
 function rotation(name: string, riseCm: number): Vector {
   const knee = kneeDegrees(riseCm);
-  // Degrees about z, x, y.
   if (name.endsWith("UpLeg")) return [0, -knee / 2, 0];
   if (name.endsWith("Leg")) return [0, knee, 0];
   if (name.endsWith("Foot")) return [0, -knee / 2, 0];
   if (name === "LeftArm") return [-65, 0, 0];
   if (name === "RightArm") return [65, 0, 0];
   return [0, 0, 0];
+}
+
+/** Height of the hips in centimetres and the angles of each bone at a frame. */
+export function hopAt(frame: number): { hipCm: number; degreesOf: (name: string) => Vector } {
+  const riseCm = rise(frame / FRAMES_PER_SECOND);
+  return { hipCm: STANDING_HIP_CM + riseCm, degreesOf: (name) => rotation(name, riseCm) };
 }
 
 /** The file's text. */
@@ -137,12 +148,10 @@ export function hopFile(): string {
     );
   };
   const hierarchy = joint(SKELETON, 0);
-  const count = Math.round(HOP_FILE_SECONDS * FRAMES_PER_SECOND) + 1;
-  const frames = Array.from({ length: count }, (_, frame) => {
-    const riseCm = rise(frame / FRAMES_PER_SECOND);
-    const angles = names.flatMap((name) => rotation(name, riseCm));
-    return [0, STANDING_HIP_CM + riseCm, 0, ...angles].map((value) => +value.toFixed(4)).join(" ");
+  const frames = Array.from({ length: HOP_FRAMES }, (_, frame) => {
+    const { hipCm, degreesOf } = hopAt(frame);
+    return [0, hipCm, 0, ...names.flatMap(degreesOf)].map((value) => +value.toFixed(4)).join(" ");
   });
   const time = (1 / FRAMES_PER_SECOND).toFixed(8);
-  return `HIERARCHY\n${hierarchy}MOTION\nFrames: ${count}\nFrame Time: ${time}\n${frames.join("\n")}\n`;
+  return `HIERARCHY\n${hierarchy}MOTION\nFrames: ${HOP_FRAMES}\nFrame Time: ${time}\n${frames.join("\n")}\n`;
 }

@@ -5,13 +5,8 @@
 #[non_exhaustive]
 pub enum BodyError {
     /// A GLB file lacks something or holds something else.
-    #[error("body GLB, {place}: expected {expected}")]
-    Glb {
-        /// Where in the file.
-        place: String,
-        /// What should stand there.
-        expected: String,
-    },
+    #[error("body GLB, {0}")]
+    Glb(#[from] dynaskin_glb::GlbError),
     /// A model cannot be written as GLB.
     #[error("cannot write the body as GLB: {what}, got {got}")]
     Unwritable {

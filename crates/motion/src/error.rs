@@ -119,6 +119,18 @@ pub enum MotionError {
         /// The array, what it should be and what it is.
         reason: String,
     },
+    /// The bytes are no motion file of a known kind.
+    #[error(
+        "neither BVH (text that begins with HIERARCHY), binary glTF (GLB, VRM, VRMA) nor SMPL poses \
+         (.npz): it begins with {found}. Convert FBX files, and glTF of several files, to GLB"
+    )]
+    UnknownFile {
+        /// The first bytes, as far as they are text.
+        found: String,
+    },
+    /// A binary glTF file cannot be used.
+    #[error("motion GLB, {0}; export it as one binary file with an animation, uncompressed")]
+    Glb(#[from] dynaskin_glb::GlbError),
     /// A parameter is outside its range.
     #[error("{name} is {got}, expected {expected}")]
     Parameter {

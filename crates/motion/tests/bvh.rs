@@ -1,6 +1,6 @@
 //! The BVH reader on the files people have and on files that are none.
 
-use dynaskin_motion::{Bvh, Channel, MAX_BVH_JOINTS, MotionError};
+use dynaskin_motion::{Bvh, Channel, MAX_BVH_JOINTS, MotionError, SourceMotion};
 use glam::{DMat3, DVec3};
 
 const SMALL: &str = "\

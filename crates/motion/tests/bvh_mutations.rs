@@ -1,7 +1,7 @@
 //! Broken BVH files end in a value or an error, never in a panic or a hang.
 
 use dynaskin_body::JOINT_COUNT;
-use dynaskin_motion::{Bvh, Clip, retarget};
+use dynaskin_motion::{Bvh, Clip, SourceMotion, retarget};
 use glam::Vec3;
 use proptest::prelude::*;
 

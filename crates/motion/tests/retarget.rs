@@ -4,7 +4,7 @@ mod common;
 
 use common::{MIXAMO, Names, female_joints_m, source_bvh};
 use dynaskin_body::{JOINT_COUNT, Joint};
-use dynaskin_motion::{Bvh, Clip, JointReport, LengthUnit, MotionError, retarget};
+use dynaskin_motion::{Bvh, Clip, JointReport, LengthUnit, MotionError, SourceMotion, retarget};
 use glam::{DQuat, DVec3};
 
 fn run(text: &str) -> (Bvh, Clip, JointReport) {

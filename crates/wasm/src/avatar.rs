@@ -302,6 +302,18 @@ impl CoreAvatar {
         )?)
     }
 
+    /// Reads a BVH, binary glTF or AMASS-like file for this body.
+    ///
+    /// # Errors
+    /// Throws `motion`.
+    #[wasm_bindgen(js_name = motionFromFile)]
+    pub fn motion_from_file(&self, bytes: &[u8]) -> Result<CoreMotion, JsValue> {
+        Ok(CoreMotion::from_file(
+            bytes,
+            self.avatar.borrow().joints_rest_m(),
+        )?)
+    }
+
     /// A motion of poses of 99 numbers, one after the other, at `rate_hz`.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use dynaskin_body::JOINT_COUNT;
 use dynaskin_motion::{
-    Bvh, Clip, JointReport, MODEL_RATE_HZ, Procedural, ProceduralKind, retarget,
+    Bvh, Clip, JointReport, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKind,
 };
 use dynaskin_runtime::RuntimeError;
 use glam::Vec3;
@@ -25,10 +25,21 @@ impl CoreMotion {
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
         let bvh = Bvh::parse(bytes)?;
-        let (clip, report) = retarget(&bvh, joints_rest_m)?;
+        Self::played(&MotionFile::Bvh(bvh), joints_rest_m)
+    }
+
+    pub(crate) fn from_file(
+        bytes: &[u8],
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+    ) -> Result<Self, Thrown> {
+        Self::played(&MotionFile::parse(bytes)?, joints_rest_m)
+    }
+
+    fn played(file: &MotionFile, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Self, Thrown> {
+        let (clip, report) = file.clip(joints_rest_m)?;
         Ok(Self {
             clip: clip.resampled(MODEL_RATE_HZ)?,
-            report: Some(report),
+            report,
         })
     }
 
@@ -87,7 +98,7 @@ impl CoreMotion {
 
 #[wasm_bindgen]
 impl CoreMotion {
-    /// Name of the clip; empty for a file, which its host knows the name of.
+    /// Name of the clip; for a file, of its animation, empty where it has none.
     #[wasm_bindgen(getter)]
     pub fn name(&self) -> String {
         self.clip.name.clone()
@@ -120,7 +131,7 @@ impl CoreMotion {
         Ok(pose::to_numbers(&self.clip.pose_at(time_seconds), out)?)
     }
 
-    /// For a file, what became of its joints: an object with `mapped`, `missing`, `unmapped`,
+    /// For a file of named joints, what became of them: an object with `mapped`, `missing`, `unmapped`,
     /// `unit` and `frameSeconds`; for other clips null.
     ///
     /// # Errors

@@ -170,7 +170,7 @@ export class App {
     this.#comparison.show();
   }
 
-  /** Plays a BVH file; one that cannot be played is explained, and what played goes on. */
+  /** Plays a motion file; one that cannot be played is explained, and what played goes on. */
   async openFile(file: File): Promise<void> {
     try {
       if (file.size > MAX_FILE_BYTES) {
@@ -179,7 +179,7 @@ export class App {
       const bytes = new Uint8Array(await file.arrayBuffer());
       if (!this.#playback)
         throw new Error("The body is still being loaded. Try again in a moment.");
-      const motion = Motion.fromBvh(bytes, this.#playback.avatar);
+      const motion = Motion.fromFile(bytes, this.#playback.avatar);
       this.#playback.setMotion(motion);
       this.#program.setFile({ name: file.name, bytes });
       this.#motionIsStale = false;

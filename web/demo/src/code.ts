@@ -70,7 +70,7 @@ function sourceOf({ motion, tempoHz, heightM }: Settings, played: PlayedInstead)
   if (played.fileName !== null) {
     const made = [
       `const file = await fetch(${JSON.stringify(`/motions/${played.fileName}`)});`,
-      "const motion = Motion.fromBvh(await file.arrayBuffer(), avatar);",
+      "const motion = Motion.fromFile(await file.arrayBuffer(), avatar);",
     ];
     return { name: "Motion", made, posed };
   }

@@ -66,7 +66,7 @@ export class Program {
 
   /** Makes the motion for an avatar's present shape. */
   makeMotion(avatar: Avatar): Playable {
-    if (this.file) return Motion.fromBvh(this.file.bytes, avatar);
+    if (this.file) return Motion.fromFile(this.file.bytes, avatar);
     if (this.truth) {
       const { poses, rateHz, name } = this.truth;
       return Motion.fromPoses(poses, rateHz, avatar, name);

@@ -60,7 +60,7 @@ export class Motion {
   readonly name: string;
   /** Length in seconds. */
   readonly durationSeconds: number;
-  /** For a file: what became of its joints. */
+  /** For a file of named joints: what became of them. SMPL poses (npz) need no matching of names. */
   readonly jointReport: JointReport | null;
   #raw: CoreMotion | null;
 
@@ -77,17 +77,33 @@ export class Motion {
    * @throws DynaSkinError `argument` for what are no bytes or no avatar, `motion` for a file that is no BVH, is truncated or shows no person
    */
   static fromBvh(file: ArrayBuffer | Uint8Array, avatar: Avatar): Motion {
-    if (!(file instanceof Uint8Array || file instanceof ArrayBuffer)) {
-      throw new DynaSkinError(
-        "argument",
-        "fromBvh takes the bytes of a file as an ArrayBuffer or a Uint8Array.",
-      );
-    }
     checkAvatar(avatar);
-    const bytes = bytesOf(file);
+    const bytes = bytesOf("fromBvh", file);
+    return Motion.#read(() => avatar.raw.motionFromBvh(bytes));
+  }
+
+  /**
+   * Reads a motion file of any known kind, told apart by its content, and carries its motion over
+   * to the avatar's skeleton:
+   *
+   * - BVH;
+   * - an animation in binary glTF (`.glb`, `.vrm`, `.vrma`), of which the one that turns the most
+   *   joints plays; joints are matched by VRM's humanoid where the file has one, else by name;
+   * - SMPL, SMPL-H or SMPL-X poses as AMASS stores them (`.npz`).
+   *
+   * @throws DynaSkinError `argument` for what are no bytes or no avatar, `motion` for any other file, a
+   *   broken one or one that shows no person
+   */
+  static fromFile(file: ArrayBuffer | Uint8Array, avatar: Avatar): Motion {
+    checkAvatar(avatar);
+    const bytes = bytesOf("fromFile", file);
+    return Motion.#read(() => avatar.raw.motionFromFile(bytes));
+  }
+
+  static #read(read: () => CoreMotion): Motion {
     return guard(() => {
-      const raw = avatar.raw.motionFromBvh(bytes);
-      return new Motion(raw, raw.jointReport() as JointReport);
+      const raw = read();
+      return new Motion(raw, raw.jointReport() as JointReport | null);
     });
   }
 
@@ -161,7 +177,11 @@ export class Motion {
   }
 }
 
-function bytesOf(file: ArrayBuffer | Uint8Array): Uint8Array {
+function bytesOf(what: string, file: ArrayBuffer | Uint8Array): Uint8Array {
+  if (!(file instanceof Uint8Array || file instanceof ArrayBuffer)) {
+    const message = `${what} takes the bytes of a file as an ArrayBuffer or a Uint8Array.`;
+    throw new DynaSkinError("argument", message);
+  }
   if (file instanceof Uint8Array) return file;
   try {
     return new Uint8Array(file);

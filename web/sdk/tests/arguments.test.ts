@@ -52,6 +52,7 @@ describe("odd arguments", () => {
     ["a shape that is a string", () => model.createAvatar({ shape: odd("0123456789") })],
     ["body.createAvatar(null)", () => model.body.createAvatar(odd(null))],
     ["setShape(null)", () => avatar.setShape(odd(null))],
+    ["fromFile(null)", () => Motion.fromFile(odd(null), avatar)],
     ["fromBvh(null)", () => Motion.fromBvh(odd(null), avatar)],
     ["fromBvh of a string", () => Motion.fromBvh(odd("HIERARCHY"), avatar)],
     ["fromBvh without an avatar", () => Motion.fromBvh(new Uint8Array(9), odd(undefined))],

@@ -1,6 +1,7 @@
 import { type Avatar, type Model, Motion, POSE_LENGTH, PROCEDURAL_MOTIONS } from "dynaskin";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import { HOP_FILE_SECONDS, hopFile } from "../../../tests/hop-bvh.js";
+import { hopGlb, hopNpz } from "../../../tests/hop-files.js";
 import { expectError, loadModel } from "./support.js";
 
 let model: Model;
@@ -94,6 +95,57 @@ describe("BVH files", () => {
 
   it("refuses bytes that are no text", () =>
     expectError("motion", () => Motion.fromBvh(new Uint8Array(5000).fill(0xfe), avatar)));
+});
+
+describe("files of any kind", () => {
+  /** Largest difference of any joint's height from the BVH file's over the motion, in metres. */
+  function fromBvh(motion: Motion): number {
+    const expected = Motion.fromBvh(bytes(hopFile()), avatar);
+    expect(motion.durationSeconds).toBeCloseTo(expected.durationSeconds, 1);
+    let worst = 0;
+    for (let time = 0; time < expected.durationSeconds; time += 0.05) {
+      const [, got = Number.NaN] = motion.poseAt(time);
+      worst = Math.max(worst, Math.abs(got - (expected.poseAt(time)[1] ?? Number.NaN)));
+    }
+    return worst;
+  }
+
+  it("take BVH as fromBvh does", () => {
+    expect(fromBvh(Motion.fromFile(bytes(hopFile()), avatar))).toBe(0);
+  });
+
+  it.each(["glb", "vrma"] as const)("play the animation of a %s file", async (kind) => {
+    const motion = Motion.fromFile(await hopGlb(kind), avatar);
+    expect(motion.name).toBe("hop");
+    const report = motion.jointReport;
+    expect(report?.unit).toBe("metres");
+    const knee = kind === "glb" ? "LeftLeg" : "leftLowerLeg";
+    expect(report?.mapped).toContainEqual({ joint: "left_knee", source: knee });
+    expect(fromBvh(motion)).toBeLessThan(0.001);
+  });
+
+  it("play SMPL poses of an npz file", () => {
+    const motion = Motion.fromFile(hopNpz(), avatar);
+    expect(motion.jointReport).toBeNull();
+    // The heights are the file's own there, not scaled to the body's legs.
+    expect(fromBvh(motion)).toBeLessThan(0.02);
+    // So is the left knee's bend, which fromBvh measures from the body's own, not quite straight knee.
+    const expected = Motion.fromBvh(bytes(hopFile()), avatar);
+    const knee = 3 + 4 * 4;
+    const bent = (from: Motion) => from.poseAt(1)[knee] ?? Number.NaN;
+    expect(Math.abs(bent(motion) - bent(expected))).toBeLessThan(0.1);
+  });
+
+  const noMotion: [string, () => Promise<Uint8Array>][] = [
+    ["a picture", async () => Uint8Array.of(0x89, 0x50, 0x4e, 0x47, 13, 10, 26, 10)],
+    ["nothing", async () => new Uint8Array()],
+    ["a truncated GLB", async () => (await hopGlb()).slice(0, 2000)],
+    ["a truncated npz", async () => hopNpz().slice(0, 2000)],
+  ];
+  it.each(noMotion)("refuse %s", async (_name, make) => {
+    const file = await make();
+    await expectError("motion", () => Motion.fromFile(file, avatar));
+  });
 });
 
 describe("poseAt", () => {

@@ -1,5 +1,6 @@
 //! Reads a body from GLB, trusting nothing.
 
+use dynaskin_glb::{Document, GlbError, f32_at, i16_at};
 use glam::Vec3;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::Semantic;
@@ -17,85 +18,25 @@ impl BodyModel {
     /// # Errors
     /// [`BodyError::Glb`] says which part is missing, out of range or of the wrong type.
     pub fn from_glb(bytes: &[u8]) -> Result<Self, BodyError> {
-        check_length(bytes)?;
-        let glb = gltf::binary::Glb::from_slice(bytes)
-            .map_err(|error| bad("container", format!("a binary glTF 2.0 file ({error})")))?;
-        let root = gltf::json::Root::from_slice(&glb.json)
-            .map_err(|error| bad("JSON chunk", format!("a glTF 2.0 document ({error})")))?;
-        let binary = glb
-            .bin
-            .as_deref()
-            .ok_or_else(|| bad("BIN chunk", "a binary buffer"))?;
-        Document {
-            root: &root,
-            binary,
+        BodyReader {
+            file: Document::parse(bytes)?,
         }
         .body()
     }
 }
 
 fn bad(place: impl Into<String>, expected: impl Into<String>) -> BodyError {
-    BodyError::Glb {
-        place: place.into(),
-        expected: expected.into(),
-    }
+    GlbError::new(place, expected).into()
 }
 
-/// The `gltf` crate subtracts the header's size from the length written there unchecked.
-fn check_length(bytes: &[u8]) -> Result<(), BodyError> {
-    let written = match bytes.get(8..12) {
-        Some(&[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]) as usize,
-        _ => 0,
-    };
-    if written < 12 || written > bytes.len() {
-        return Err(bad(
-            "container",
-            format!(
-                "a header that gives the file's length, {} bytes",
-                bytes.len()
-            ),
-        ));
-    }
-    Ok(())
+struct BodyReader<'a> {
+    file: Document<'a>,
 }
 
-struct Document<'a> {
-    root: &'a gltf::json::Root,
-    binary: &'a [u8],
-}
-
-/// The bytes of one accessor's elements.
-struct Elements<'a> {
-    bytes: &'a [u8],
-    stride: usize,
-    size: usize,
-    count: usize,
-}
-
-impl<'a> Elements<'a> {
-    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
-        let (bytes, stride, size) = (self.bytes, self.stride, self.size);
-        (0..self.count).map(move |idx| &bytes[idx * stride..idx * stride + size])
-    }
-}
-
-fn f32_at(element: &[u8], idx: usize) -> f32 {
-    let at = idx * 4;
-    f32::from_le_bytes([
-        element[at],
-        element[at + 1],
-        element[at + 2],
-        element[at + 3],
-    ])
-}
-
-fn i16_at(element: &[u8], idx: usize) -> i16 {
-    i16::from_le_bytes([element[idx * 2], element[idx * 2 + 1]])
-}
-
-impl Document<'_> {
+impl BodyReader<'_> {
     fn body(&self) -> Result<BodyModel, BodyError> {
         let mesh = self
+            .file
             .root
             .meshes
             .first()
@@ -193,63 +134,8 @@ impl Document<'_> {
         })
     }
 
-    /// The elements of accessor `index`, after checking its type and that it lies in the buffer.
-    fn elements(
-        &self,
-        index: usize,
-        component: ComponentType,
-        kind: Type,
-    ) -> Result<Elements<'_>, BodyError> {
-        let place = || format!("accessor {index}");
-        let accessor = self
-            .root
-            .accessors
-            .get(index)
-            .ok_or_else(|| bad(place(), "an accessor"))?;
-        let found_component = match &accessor.component_type {
-            Checked::Valid(found) => found.0,
-            Checked::Invalid => return Err(bad(place(), "a known component type")),
-        };
-        if found_component != component || accessor.type_ != Checked::Valid(kind) {
-            return Err(bad(place(), format!("{kind:?} of {component:?}")));
-        }
-        if accessor.sparse.is_some() {
-            return Err(bad(place(), "no sparse storage"));
-        }
-        let view = accessor
-            .buffer_view
-            .and_then(|view| self.root.buffer_views.get(view.value()))
-            .ok_or_else(|| bad(place(), "a buffer view"))?;
-        if view.buffer.value() != 0 {
-            return Err(bad(place(), "the file's own buffer"));
-        }
-        let size = component.size() * kind.multiplicity();
-        let stride = view.byte_stride.map_or(size, |stride| stride.0);
-        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
-        let view_start = view.byte_offset.map_or(0, |offset| offset.0);
-        let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
-        let range = || -> Option<&[u8]> {
-            let view_start = usize::try_from(view_start).ok()?;
-            let view_end = view_start.checked_add(usize::try_from(view.byte_length.0).ok()?)?;
-            let view = self.binary.get(view_start..view_end)?;
-            let needed = match count {
-                0 => 0,
-                _ => (count - 1).checked_mul(stride)?.checked_add(size)?,
-            };
-            let bytes = view.get(usize::try_from(offset).ok()?..)?;
-            (stride >= size && bytes.len() >= needed).then_some(bytes)
-        };
-        let bytes = range().ok_or_else(|| bad(place(), "data inside the BIN chunk"))?;
-        Ok(Elements {
-            bytes,
-            stride,
-            size,
-            count,
-        })
-    }
-
     fn steps(&self, index: usize, count: Option<usize>) -> Result<Vec<Vec3>, BodyError> {
-        let elements = self.elements(index, ComponentType::I16, Type::Vec3)?;
+        let elements = self.file.elements(index, ComponentType::I16, Type::Vec3)?;
         let elements = match count {
             Some(count) => elements.exactly(count, "positions")?,
             None => elements,
@@ -265,6 +151,7 @@ impl Document<'_> {
 
     fn vec3_f32(&self, index: usize, count: usize) -> Result<Vec<Vec3>, BodyError> {
         let values: Vec<Vec3> = self
+            .file
             .elements(index, ComponentType::F32, Type::Vec3)?
             .exactly(count, "joints")?
             .iter()
@@ -278,6 +165,7 @@ impl Document<'_> {
 
     fn faces(&self, index: usize, n_vertices: usize) -> Result<Vec<[u32; 3]>, BodyError> {
         let indices: Vec<u32> = self
+            .file
             .elements(index, ComponentType::U16, Type::Scalar)?
             .iter()
             .map(|e| u32::from(u16::from_le_bytes([e[0], e[1]])))
@@ -301,9 +189,11 @@ impl Document<'_> {
         n_vertices: usize,
     ) -> Result<Vec<SkinWeights>, BodyError> {
         let joints = self
+            .file
             .elements(joints, ComponentType::U8, Type::Vec4)?
             .exactly(n_vertices, "JOINTS_0")?;
         let weights = self
+            .file
             .elements(weights, ComponentType::F32, Type::Vec4)?
             .exactly(n_vertices, "WEIGHTS_0")?;
         joints
@@ -330,6 +220,7 @@ impl Document<'_> {
 
     fn colors(&self, index: usize, n_vertices: usize) -> Result<Vec<[u8; 4]>, BodyError> {
         Ok(self
+            .file
             .elements(index, ComponentType::U8, Type::Vec4)?
             .exactly(n_vertices, "COLOR_0")?
             .iter()
@@ -344,6 +235,7 @@ impl Document<'_> {
         n_vertices: usize,
     ) -> Result<(Vec<f32>, Vec<Vec<f32>>), BodyError> {
         let values: Vec<f32> = self
+            .file
             .elements(index, ComponentType::I16, Type::Scalar)?
             .exactly(n_vertices * (SHAPE_COUNT + 1), "thickness")?
             .iter()
@@ -356,6 +248,7 @@ impl Document<'_> {
 
     fn region_weights(&self, index: usize, n_vertices: usize) -> Result<Vec<Vec<f32>>, BodyError> {
         let bytes: Vec<u8> = self
+            .file
             .elements(index, ComponentType::U8, Type::Scalar)?
             .exactly(n_vertices * REGION_COUNT, "region_weights")?
             .iter()
@@ -373,16 +266,6 @@ impl Document<'_> {
             .iter()
             .map(|region| region.iter().map(weight).collect())
             .collect())
-    }
-}
-
-impl<'a> Elements<'a> {
-    fn exactly(self, count: usize, what: &str) -> Result<Elements<'a>, BodyError> {
-        if self.count == count {
-            Ok(self)
-        } else {
-            Err(bad(what, format!("{count} elements, got {}", self.count)))
-        }
     }
 }
 

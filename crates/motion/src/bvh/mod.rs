@@ -9,7 +9,7 @@ mod text;
 
 use glam::{DQuat, DVec3};
 
-use crate::MotionError;
+use crate::{MotionError, SourceMotion};
 
 /// Largest number of joints read from a file.
 pub const MAX_BVH_JOINTS: usize = 1024;
@@ -66,12 +66,7 @@ impl Bvh {
         parse::parse(bytes)
     }
 
-    /// Number of frames, at least 1.
-    pub fn frame_count(&self) -> usize {
-        self.values.len() / self.channel_count
-    }
-
-    /// The channel values of a frame in the file's order. `frame` is below [`Self::frame_count`].
+    /// The channel values of a frame in the file's order. `frame` is below [`SourceMotion::frame_count`].
     pub fn frame_values(&self, frame: usize) -> &[f64] {
         &self.values[frame * self.channel_count..(frame + 1) * self.channel_count]
     }
@@ -104,9 +99,34 @@ impl Bvh {
         let values = &self.frame_values(frame)[joint.first_channel..];
         joint.channels.iter().copied().zip(values.iter().copied())
     }
+}
 
-    /// World rotation and position of every joint at a frame.
-    pub fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
+impl SourceMotion for Bvh {
+    fn joint_count(&self) -> usize {
+        self.joints.len()
+    }
+
+    fn name(&self, joint: usize) -> &str {
+        &self.joints[joint].name
+    }
+
+    fn parent(&self, joint: usize) -> Option<usize> {
+        self.joints[joint].parent
+    }
+
+    fn bone_end(&self, joint: usize) -> Option<DVec3> {
+        self.joints[joint].end_site
+    }
+
+    fn frame_count(&self) -> usize {
+        self.values.len() / self.channel_count
+    }
+
+    fn frame_seconds(&self) -> f64 {
+        self.frame_seconds
+    }
+
+    fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
         let mut world: Vec<(DQuat, DVec3)> = Vec::with_capacity(self.joints.len());
         for (idx, joint) in self.joints.iter().enumerate() {
             let rotation = self.parent_from_joint(frame, idx);
@@ -125,8 +145,8 @@ impl Bvh {
         world
     }
 
-    /// Positions of all joints in the rest pose (every rotation zero), in the file's unit.
-    pub fn rest_positions(&self) -> Vec<DVec3> {
+    /// Every rotation of the rest pose is zero.
+    fn rest_positions(&self) -> Vec<DVec3> {
         let mut rest: Vec<DVec3> = Vec::with_capacity(self.joints.len());
         for joint in &self.joints {
             let parent = joint.parent.map_or(DVec3::ZERO, |parent| rest[parent]);

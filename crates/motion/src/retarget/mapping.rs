@@ -3,7 +3,8 @@
 use dynaskin_body::{JOINT_COUNT, Joint};
 
 use super::names::named_joints;
-use crate::{Bvh, MotionError};
+use super::source::SourceMotion;
+use crate::MotionError;
 
 /// Without these there is no person to move.
 const REQUIRED: [Joint; 11] = [
@@ -37,8 +38,8 @@ pub struct Mapping {
 }
 
 impl Mapping {
-    pub fn new(bvh: &Bvh) -> Result<Self, MotionError> {
-        let found = named_joints(bvh);
+    pub fn new(motion: &dyn SourceMotion) -> Result<Self, MotionError> {
+        let found = named_joints(motion);
         let missing: Vec<Joint> = REQUIRED
             .into_iter()
             .filter(|joint| found[*joint as usize].is_none())
@@ -47,7 +48,7 @@ impl Mapping {
             return Err(MotionError::MissingJoints {
                 missing,
                 recognised: found.iter().flatten().count(),
-                total: bvh.joints.len(),
+                total: motion.joint_count(),
             });
         }
         let mut drives = found.map(|joint| joint.map_or(Drive::Parent, Drive::Joint));
@@ -56,7 +57,7 @@ impl Mapping {
             found[Joint::LeftCollar as usize].or(found[Joint::LeftShoulder as usize]),
             found[Joint::RightCollar as usize].or(found[Joint::RightShoulder as usize]),
         ) {
-            let spine = spine_chain(bvh, pelvis, left, right);
+            let spine = spine_chain(motion, pelvis, left, right);
             let joints = [Joint::Spine1, Joint::Spine2, Joint::Spine3];
             for (joint, drive) in joints.into_iter().zip(spine_drives(pelvis, &spine)) {
                 drives[joint as usize] = drive;
@@ -75,24 +76,24 @@ impl Mapping {
 }
 
 /// Ancestors of `joint` and itself, from the joint to the root.
-fn ancestry(bvh: &Bvh, joint: usize) -> Vec<usize> {
-    std::iter::successors(Some(joint), |joint| bvh.joints[*joint].parent).collect()
+fn ancestry(motion: &dyn SourceMotion, joint: usize) -> Vec<usize> {
+    std::iter::successors(Some(joint), |joint| motion.parent(*joint)).collect()
 }
 
 /// The joints from the pelvis (excluded) to the last joint that carries both arms (included).
-fn spine_chain(bvh: &Bvh, pelvis: usize, left: usize, right: usize) -> Vec<usize> {
-    let left = ancestry(bvh, left);
-    let right = ancestry(bvh, right);
+fn spine_chain(motion: &dyn SourceMotion, pelvis: usize, left: usize, right: usize) -> Vec<usize> {
+    let left = ancestry(motion, left);
+    let right = ancestry(motion, right);
     let Some(chest) = left.iter().skip(1).find(|joint| right.contains(joint)) else {
         return Vec::new();
     };
-    let mut chain: Vec<usize> = ancestry(bvh, *chest);
+    let mut chain: Vec<usize> = ancestry(motion, *chest);
     match chain.iter().position(|joint| *joint == pelvis) {
         Some(pelvis) => chain.truncate(pelvis),
         // Legs and trunk on sibling joints, as in Daz skeletons (`hip` carries `pelvis` and
         // `abdomen`): the spine starts where both meet.
         None => {
-            let below = ancestry(bvh, pelvis);
+            let below = ancestry(motion, pelvis);
             let meeting = chain.iter().position(|joint| below.contains(joint));
             chain.truncate(meeting.unwrap_or(0));
         }
@@ -179,16 +180,20 @@ pub struct JointReport {
 }
 
 impl JointReport {
-    pub(super) fn new(bvh: &Bvh, mapping: &Mapping, source_leg: f64, scale: f64) -> Self {
+    pub(super) fn new(
+        motion: &dyn SourceMotion,
+        mapping: &Mapping,
+        source_leg: f64,
+        scale: f64,
+    ) -> Self {
         let source_names = |joint: Joint| match mapping.drives[joint as usize] {
-            Drive::Joint(source) => Some(bvh.joints[source].name.clone()),
-            Drive::Between(low, high, _) => Some(format!(
-                "{} + {}",
-                bvh.joints[low].name, bvh.joints[high].name
-            )),
+            Drive::Joint(source) => Some(motion.name(source).to_owned()),
+            Drive::Between(low, high, _) => {
+                Some(format!("{} + {}", motion.name(low), motion.name(high)))
+            }
             Drive::Parent => None,
         };
-        let mut is_used = vec![false; bvh.joints.len()];
+        let mut is_used = vec![false; motion.joint_count()];
         for drive in mapping.drives {
             match drive {
                 Drive::Joint(source) => is_used[source] = true,
@@ -199,9 +204,9 @@ impl JointReport {
                 Drive::Parent => {}
             }
         }
-        // Parents come before their children in a BVH file.
-        for joint in (0..bvh.joints.len()).rev() {
-            if let (true, Some(parent)) = (is_used[joint], bvh.joints[joint].parent) {
+        // Parents come before their children.
+        for joint in (0..motion.joint_count()).rev() {
+            if let (true, Some(parent)) = (is_used[joint], motion.parent(joint)) {
                 is_used[parent] = true;
             }
         }
@@ -214,16 +219,13 @@ impl JointReport {
                 .into_iter()
                 .filter(|joint| mapping.drives[*joint as usize] == Drive::Parent)
                 .collect(),
-            unmapped: bvh
-                .joints
-                .iter()
-                .zip(is_used)
-                .filter(|(_, used)| !used)
-                .map(|(joint, _)| joint.name.clone())
+            unmapped: (0..motion.joint_count())
+                .filter(|joint| !is_used[*joint] && !motion.name(*joint).is_empty())
+                .map(|joint| motion.name(joint).to_owned())
                 .collect(),
             unit: LengthUnit::of_leg(source_leg),
             metres_per_unit: scale,
-            frame_seconds: bvh.frame_seconds,
+            frame_seconds: motion.frame_seconds(),
         }
     }
 }

@@ -9,18 +9,20 @@ mod align;
 mod floor;
 mod mapping;
 mod names;
+mod source;
 
 use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use glam::{DQuat, DVec3, Vec3};
 
-use crate::{Bvh, Clip, MotionError};
+use crate::{Clip, MotionError};
 use align::{Alignment, SoleReference};
 #[cfg(feature = "amass")]
 pub(crate) use floor::put_on_floor;
 use mapping::{Drive, Mapping};
 pub use mapping::{JointReport, LengthUnit};
+pub use source::SourceMotion;
 
-/// Carries the motion of `bvh` over to a skeleton with these rest joint positions (metres).
+/// Carries the motion of a file's skeleton over to a skeleton with these rest joint positions (metres).
 ///
 /// The clip keeps the file's frame rate ([`Clip::resampled`] changes it) and has an empty name. The
 /// pelvis starts at x = z = 0; standing soles are on y = 0 (single frames may lie lower).
@@ -31,11 +33,11 @@ pub use mapping::{JointReport, LengthUnit};
 /// [`MotionError::Degenerate`] where bones have no length, [`MotionError::TooFar`] where the body
 /// leaves for another country.
 pub fn retarget(
-    bvh: &Bvh,
+    motion: &dyn SourceMotion,
     target_joints_m: &[Vec3; JOINT_COUNT],
 ) -> Result<(Clip, JointReport), MotionError> {
-    let mapping = Mapping::new(bvh)?;
-    let source = Source::new(bvh, &mapping);
+    let mapping = Mapping::new(motion)?;
+    let source = Source::new(motion, &mapping);
     let target_m = target_joints_m.map(|joint| joint.as_dvec3());
     let source_leg = source.leg_length();
     let target_leg_m = leg_length(&target_m);
@@ -46,11 +48,11 @@ pub fn retarget(
     // Whether the source's feet in the rest pose stand on the floor or turn with spread legs is
     // not written anywhere: what keeps the soles flatter is right.
     let mut flattest: Option<(f64, Alignment)> = None;
-    let every = bvh.frame_count().div_ceil(MAX_JUDGED_FRAMES);
+    let every = motion.frame_count().div_ceil(MAX_JUDGED_FRAMES);
     for reference in [SoleReference::Floor, SoleReference::Shin] {
         let alignment = Alignment::new(&source, &target_m, reference)?;
         let frames = source.poses(&alignment, &target_m, scale, every);
-        let tilt = floor::sole_tilt(&frames, bvh.frame_seconds, target_joints_m);
+        let tilt = floor::sole_tilt(&frames, motion.frame_seconds(), target_joints_m);
         if flattest.as_ref().is_none_or(|(least, _)| tilt < *least) {
             flattest = Some((tilt, alignment));
         }
@@ -62,16 +64,16 @@ pub fn retarget(
     // hundreds of megabytes with poses, so these are gone before the next ones are made.
     let standing_pitch = {
         let frames = source.poses(&alignment, &target_m, scale, 1);
-        floor::standing_pitch(&frames, bvh.frame_seconds, target_joints_m)
+        floor::standing_pitch(&frames, motion.frame_seconds(), target_joints_m)
     };
     alignment.pitch_soles(standing_pitch);
     let mut frames = source.poses(&alignment, &target_m, scale, 1);
-    floor::put_on_floor(&mut frames, bvh.frame_seconds, target_joints_m);
+    floor::put_on_floor(&mut frames, motion.frame_seconds(), target_joints_m);
     check_distance(&frames)?;
-    let report = JointReport::new(bvh, &mapping, source_leg, scale);
+    let report = JointReport::new(motion, &mapping, source_leg, scale);
     let clip = Clip {
         name: String::new(),
-        rate_hz: 1.0 / bvh.frame_seconds,
+        rate_hz: 1.0 / motion.frame_seconds(),
         frames,
     };
     Ok((clip, report))
@@ -120,7 +122,7 @@ fn leg_length(rest: &[DVec3; JOINT_COUNT]) -> f64 {
 
 /// A source skeleton with +Y up.
 struct Source<'a> {
-    bvh: &'a Bvh,
+    motion: &'a dyn SourceMotion,
     mapping: &'a Mapping,
     /// Rest positions turned to +Y up, file unit.
     rest: Vec<DVec3>,
@@ -129,11 +131,11 @@ struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    fn new(bvh: &'a Bvh, mapping: &'a Mapping) -> Self {
+    fn new(motion: &'a dyn SourceMotion, mapping: &'a Mapping) -> Self {
         let mut source = Self {
-            bvh,
+            motion,
             mapping,
-            rest: bvh.rest_positions(),
+            rest: motion.rest_positions(),
             up_from_file: DQuat::IDENTITY,
         };
         if source.is_z_up() {
@@ -163,11 +165,11 @@ impl<'a> Source<'a> {
         if rest.z <= rest.y.abs() {
             return false;
         }
-        let count = self.bvh.frame_count();
+        let count = self.motion.frame_count();
         let mean: DVec3 = (0..count)
             .step_by(count.div_ceil(50))
             .map(|frame| {
-                let world = self.bvh.world_joints(frame);
+                let world = self.motion.world_joints(frame);
                 self.trunk(|joint| world[joint].1).normalize_or_zero()
             })
             .sum();
@@ -182,7 +184,7 @@ impl<'a> Source<'a> {
     /// Rest position of the end of a joint's bone where no joint of ours ends it.
     fn end_of(&self, joint: Joint) -> Option<DVec3> {
         let source = self.mapping.source(joint)?;
-        let end = self.bvh.joints[source].end_site?;
+        let end = self.motion.bone_end(source)?;
         Some(self.rest[source] + self.up_from_file * end)
     }
 
@@ -198,7 +200,7 @@ impl<'a> Source<'a> {
         scale: f64,
         every: usize,
     ) -> Vec<Pose> {
-        (0..self.bvh.frame_count())
+        (0..self.motion.frame_count())
             .step_by(every.max(1))
             .map(|frame| self.pose(frame, alignment, target_m, scale))
             .collect()
@@ -211,7 +213,7 @@ impl<'a> Source<'a> {
         target_m: &[DVec3; JOINT_COUNT],
         scale: f64,
     ) -> Pose {
-        let world = self.bvh.world_joints(frame);
+        let world = self.motion.world_joints(frame);
         let rotation =
             |source: usize| self.up_from_file * world[source].0 * self.up_from_file.inverse();
         let mut target_rotation = [DQuat::IDENTITY; JOINT_COUNT];

@@ -2,7 +2,7 @@
 
 use dynaskin_body::{JOINT_COUNT, Joint};
 
-use crate::Bvh;
+use super::source::SourceMotion;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
@@ -179,11 +179,9 @@ const NECK: [&str; 5] = ["neck", "neck1", "necklower", "neck01", "cervical"];
 const HEAD: [&str; 2] = ["head", "skull"];
 
 /// The source joint of each of the skeleton's joints, by name alone; the spine is left open.
-pub fn named_joints(bvh: &Bvh) -> [Option<usize>; JOINT_COUNT] {
-    let readings: Vec<_> = bvh
-        .joints
-        .iter()
-        .map(|joint| side_and_part(&joint.name))
+pub fn named_joints(motion: &dyn SourceMotion) -> [Option<usize>; JOINT_COUNT] {
+    let readings: Vec<_> = (0..motion.joint_count())
+        .map(|joint| side_and_part(motion.name(joint)))
         .collect();
     let find = |side: Side, parts: &[&str], found: &[Option<usize>; JOINT_COUNT]| {
         parts.iter().find_map(|part| {

@@ -1,6 +1,8 @@
 //! What several tests need; each uses a part of it.
 #![allow(dead_code)]
 
+pub mod glb;
+
 use std::path::PathBuf;
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, SHAPE_COUNT};

@@ -1,11 +1,10 @@
-//! The motions of a data set: captures from BVH or AMASS-like files and motions made by formula.
+//! The motions of a data set: captures from files and motions made by formula.
 
 use std::fs;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use dynaskin_body::JOINT_COUNT;
-use dynaskin_motion::{Amass, Bvh, Clip, MODEL_RATE_HZ, Procedural, ProceduralKind, retarget};
+use dynaskin_motion::{Clip, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKind};
 use glam::Vec3;
 
 use super::RunError;
@@ -18,7 +17,7 @@ pub enum Motion {
         /// Name of the file without its ending, with the speed in percent where that is not 100:
         /// `14_06b@85`.
         name: String,
-        /// The BVH file, or an AMASS-like `.npz`.
+        /// The file: BVH, AMASS-like `.npz` or binary glTF.
         path: PathBuf,
         /// How many times faster than recorded.
         speed: f64,
@@ -60,13 +59,8 @@ impl Motion {
             }
             Self::Capture { path, speed, .. } => {
                 let bytes = fs::read(path).map_err(|error| io(path, &error))?;
-                let clip = if ends_with(path, "npz") {
-                    let motion = Amass::read(Cursor::new(bytes)).map_err(failed)?;
-                    motion.clip(joints_rest_m)
-                } else {
-                    let bvh = Bvh::parse(&bytes).map_err(failed)?;
-                    retarget(&bvh, joints_rest_m).map_err(failed)?.0
-                };
+                let file = MotionFile::parse(&bytes).map_err(failed)?;
+                let (clip, _) = file.clip(joints_rest_m).map_err(failed)?;
                 let clip = if (clip.rate_hz / MODEL_RATE_HZ - 1.0).abs() < 1e-4 {
                     // "0.0166667" is meant to be 60 Hz: resampling would only blur it.
                     Clip {
@@ -100,7 +94,8 @@ fn ends_with(path: &Path, ending: &str) -> bool {
         .is_some_and(|end| end.eq_ignore_ascii_case(ending))
 }
 
-/// The captures of a folder, by name: BVH files and AMASS-like `.npz` files. AMASS's `shape.npz`,
+/// The captures of a folder, by name: BVH files, AMASS-like `.npz` files and animations in binary
+/// glTF. AMASS's `shape.npz`,
 /// which holds no motion, is passed over.
 ///
 /// # Errors
@@ -109,7 +104,9 @@ pub fn captures(folder: &Path) -> Result<Vec<Motion>, RunError> {
     let mut motions = Vec::new();
     for entry in fs::read_dir(folder).map_err(|error| io(folder, &error))? {
         let path = entry.map_err(|error| io(folder, &error))?.path();
-        let is_motion = ends_with(&path, "bvh")
+        let is_motion = ["bvh", "glb", "vrma"]
+            .iter()
+            .any(|end| ends_with(&path, end))
             || (ends_with(&path, "npz") && path.file_name() != Some("shape.npz".as_ref()));
         let stem = path.file_stem().and_then(|stem| stem.to_str());
         if let (true, Some(name)) = (is_motion, stem) {
