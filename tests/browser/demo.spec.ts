@@ -102,9 +102,37 @@ test("every control does what it says", async ({ page }) => {
   });
 
   await test.step("shape", async () => {
-    await page.getByLabel("Stature").fill("2");
-    expect(await avatar((demo) => demo.avatar?.shape[0])).toBe(2);
-    await page.getByText("More shape").click();
+    await page.getByLabel("Stature").fill("175");
+    // 163.3 cm and 6.53 cm a standard deviation.
+    expect(await avatar((demo) => demo.avatar?.shape[0])).toBeCloseTo((175 - 163.31) / 6.5324, 2);
+    await page.getByLabel("Stature").fill("163.3");
+    const widthM = () =>
+      avatar((demo) => {
+        const { positions } = demo.avatar ?? {};
+        const body = demo.model?.body;
+        if (!positions || !body) return Number.NaN;
+        const weights = body.regionWeights("belly");
+        const xs = [...weights.keys()].filter((v) => (weights[v] ?? 0) > 0.5);
+        return Math.max(...xs.map((v) => Math.abs(positions[3 * v] ?? 0)));
+      });
+    const before = await widthM();
+    await page.getByLabel("Weight").fill("80");
+    await expect(page.getByLabel("Weight")).toHaveValue(/^(79|80)/);
+    await expect(page.getByLabel("Age")).toHaveValue(/^4[345]/);
+    expect(Number(await page.getByLabel("Chest").inputValue())).toBeGreaterThan(95);
+    expect(await widthM()).toBeGreaterThan(before * 1.1);
+    // Going back undoes going forth.
+    await page.getByLabel("Weight").fill("56.9");
+    expect(await widthM()).toBeCloseTo(before, 3);
+    for (const [name, value] of [
+      ["Muscle", "80"],
+      ["Chest", "100"],
+      ["Age", "60"],
+    ] as const) {
+      await page.getByLabel(name).fill(value);
+      expect(await avatar((demo) => demo.avatar?.shape.some((beta) => beta !== 0))).toBe(true);
+    }
+    await page.getByText("Ten shape coefficients").click();
     await page.getByLabel("Shape 10").fill("-1.5");
     expect(await avatar((demo) => demo.avatar?.shape[9])).toBe(-1.5);
     await page.getByRole("button", { name: "Average body" }).click();
@@ -117,6 +145,19 @@ test("every control does what it says", async ({ page }) => {
     await page.getByLabel("Strength").fill("0.5");
     expect(await avatar((demo) => demo.avatar?.strength)).toBe(0.5);
     await page.getByText("Regions", { exact: true }).click();
+    const belly = () =>
+      avatar((demo) => {
+        const { stiffness, damping } = demo.avatar?.controls.regions.belly ?? {};
+        return [stiffness, damping].map((value) => +(value ?? 0).toFixed(2));
+      });
+    const [stiffness = 0, damping = 0] = await belly();
+    await page.getByText("Stiffness", { exact: true }).click();
+    await page.getByLabel("Belly").fill("1");
+    await page.getByText("Damping", { exact: true }).click();
+    await page.getByLabel("Belly").fill("-1");
+    expect(await belly()).toEqual([+(stiffness * 2).toFixed(2), +(damping / 2).toFixed(2)]);
+    expect(page.url()).toMatch(/stiffness=belly%3A2&damping=belly%3A0\.5/);
+    await page.getByText("Gain", { exact: true }).click();
     await page.evaluate(() => window.dynaskinDemo?.seek(2.6));
     const before = {
       belly: await offsetsOf(page, "belly"),

@@ -5,6 +5,7 @@ import { expect, type Page, test } from "@playwright/test";
 import type { RegionName } from "dynaskin";
 import type {} from "../../web/demo/src/hook.js";
 import { hopFile } from "../hop-bvh.js";
+import { hopGlb, hopNpz } from "../hop-files.js";
 import { SHARED } from "./places.js";
 import { differing, dropFile, openDemo, picture } from "./support.js";
 
@@ -160,10 +161,44 @@ test("a captured jump plays, moves soft tissue and leaves the skull alone", asyn
   });
 });
 
+test("files of other kinds play the same hop: GLB, VRMA and AMASS npz", async ({ page }) => {
+  const problems = await openDemo(page);
+  const report = page.locator("#file-report");
+  /** Heights of the pelvis over its rest pose, at moments of the hop, in metres. */
+  const heights = () =>
+    page.evaluate(() => {
+      const demo = window.dynaskinDemo;
+      return [0, 0.5, 1, 1.5, 2].map((time) => {
+        demo?.seek(time);
+        return demo?.avatar?.skinMatrices[13] ?? Number.NaN; // up, of the pelvis
+      });
+    });
+  await dropFile(page, "hop.bvh", hopFile());
+  await expect(page.locator("#now-playing")).toContainText("hop.bvh");
+  const expected = await heights();
+  expect(Math.max(...expected) - Math.min(...expected)).toBeGreaterThan(0.05);
+  const files: [string, Uint8Array, RegExp, string | null][] = [
+    ["hop.glb", await hopGlb("glb"), /Animation “hop”, 5\.1 s at 60 Hz, in metres/, "LeftLeg"],
+    ["hop.vrma", await hopGlb("vrma"), /21 of 24|2\d of 24 joints/, "leftLowerLeg"],
+    ["hop.npz", hopNpz(), /5\.1 s of SMPL poses/, null],
+  ];
+  for (const [name, bytes, says, joint] of files) {
+    await dropFile(page, name, bytes);
+    await expect(page.locator("#now-playing")).toContainText(name);
+    await expect(report).toContainText(says);
+    if (joint) await expect(report).toContainText(joint);
+    const got = await heights();
+    got.forEach((height, idx) => {
+      expect(Math.abs(height - (expected[idx] ?? Number.NaN)), `${name} ${idx}`).toBeLessThan(0.02);
+    });
+  }
+  expect(problems).toEqual([]);
+});
+
 test("a file chosen with the button plays", async ({ page }) => {
   await openDemo(page);
   const chooser = page.waitForEvent("filechooser");
-  await page.getByRole("button", { name: "Open a BVH file" }).click();
+  await page.getByRole("button", { name: "Open a motion file" }).click();
   await (await chooser).setFiles({
     name: "chosen.bvh",
     mimeType: "text/plain",
@@ -181,8 +216,11 @@ function farAway(frame: number): string {
   return lines.join("\n");
 }
 
-const BAD_FILES: [string, string, RegExp][] = [
-  ["letter.bvh", "Dear reader, this is no motion.", /line 1/i],
+const BAD_FILES: [string, string | Uint8Array, RegExp][] = [
+  ["letter.bvh", "Dear reader, this is no motion.", /neither BVH.*Dear reader/],
+  ["walk.fbx", "Kaydara FBX Binary  \0", /Convert FBX/],
+  ["cut.glb", (await hopGlb()).slice(0, 3000), /GLB, container/],
+  ["cut.npz", hopNpz().slice(0, 3000), /motion \.npz: not an archive/],
   ["truncated.bvh", hopFile().slice(0, 20_000), /truncated|ends|values/i],
   ["nobody.bvh", hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box"), /joint/i],
   ["far-at-once.bvh", farAway(0), /frame \d+: the body is .* m from where it starts/],

@@ -8,7 +8,8 @@ import { PICTURES } from "./places.js";
  * query says otherwise. Gives the list to which the messages of uncaught errors are added from then on.
  */
 export async function openDemo(page: Page, query = ""): Promise<string[]> {
-  const settings = new URLSearchParams({ view: "one", motion: "hop" });
+  // The software renderer of a test machine is slow: pictures would lose their pixels.
+  const settings = new URLSearchParams({ view: "one", motion: "hop", resolution: "full" });
   for (const [name, value] of new URLSearchParams(query)) settings.set(name, value);
   return openAddress(page, `/?${settings}`);
 }
@@ -31,17 +32,23 @@ export async function openAddress(page: Page, address: string): Promise<string[]
 }
 
 /** Drops a file on the page as a person would. */
-export async function dropFile(page: Page, name: string, text: string): Promise<void> {
+export async function dropFile(
+  page: Page,
+  name: string,
+  content: string | Uint8Array,
+): Promise<void> {
+  const bytes = typeof content === "string" ? new TextEncoder().encode(content) : content;
   await page.evaluate(
-    ([fileName, content]) => {
+    ([fileName, base64]) => {
       const dataTransfer = new DataTransfer();
-      dataTransfer.items.add(new File([content], fileName));
+      const file = Uint8Array.from(atob(base64), (char) => char.charCodeAt(0));
+      dataTransfer.items.add(new File([file], fileName));
       for (const type of ["dragenter", "dragover", "drop"]) {
         const event = new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true });
         document.body.dispatchEvent(event);
       }
     },
-    [name, text] as const,
+    [name, Buffer.from(bytes).toString("base64")] as const,
   );
 }
 

@@ -1,4 +1,4 @@
-import { existsSync, readdirSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { defineConfig, type Plugin } from "vite";
 
@@ -21,13 +21,20 @@ function findMethods(): Record<string, string[]> {
   return Object.fromEntries(namesIn(MODELS).map((body) => [body, methodsOf(body)]));
 }
 
-/** `virtual:methods`: what {@link findMethods} finds when the page is built. */
-function methodList(): Plugin {
-  const name = "virtual:methods";
+/** What people call each body's shape by: its `traits.json`. */
+function readTraits(): Record<string, unknown> {
+  const read = (body: string) =>
+    JSON.parse(readFileSync(join(MODELS, body, "traits.json"), "utf8")) as unknown;
+  return Object.fromEntries(["female", "male"].map((body) => [body, read(body)]));
+}
+
+/** A module whose default export is made when the page is built. */
+function virtualModule(name: string, make: () => unknown): Plugin {
+  const id = `\0${name}`;
   return {
-    name: "method-list",
-    resolveId: (id) => (id === name ? `\0${name}` : null),
-    load: (id) => (id === `\0${name}` ? `export default ${JSON.stringify(findMethods())};` : null),
+    name,
+    resolveId: (wanted) => (wanted === name ? id : null),
+    load: (wanted) => (wanted === id ? `export default ${JSON.stringify(make())};` : null),
   };
 }
 
@@ -36,7 +43,10 @@ export default defineConfig({
   base: "./",
   // The models as they lie in the repository: female/bundle.json, male/bundle.json, ...
   publicDir: "../../models",
-  plugins: [methodList()],
+  plugins: [
+    virtualModule("virtual:methods", findMethods),
+    virtualModule("virtual:traits", readTraits),
+  ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },
   build: { target: "es2022", chunkSizeWarningLimit: 1000 },

@@ -5,7 +5,7 @@ mod common;
 use std::path::PathBuf;
 
 use dynaskin_body::Sex;
-use dynaskin_body::build::{BuildError, build};
+use dynaskin_body::build::{BuildError, BuiltBody, Trait, build};
 
 /// The unpacked CC0 folder: where `dynaskin body build` keeps it, or `DYNASKIN_CC0`.
 fn cc0_folder() -> Option<PathBuf> {
@@ -29,7 +29,8 @@ fn bodies_are_reproduced() {
         .zip(common::default_bodies())
     {
         let built = build(&folder, sex, &mut |_| {}).unwrap();
-        let built = common::body(&built.to_glb().unwrap());
+        check_traits(&built, sex);
+        let built = common::body(&built.model.to_glb().unwrap());
         assert_eq!(built.faces, committed.faces);
         assert_eq!(built.skin, committed.skin);
         // Other processors round other than the one the bodies were built on.
@@ -39,6 +40,47 @@ fn bodies_are_reproduced() {
         let dirs = built.shape_dirs_m.iter().flatten();
         for (own, other) in dirs.zip(committed.shape_dirs_m.iter().flatten()) {
             assert!(own.distance(*other) < 3e-4);
+        }
+    }
+}
+
+/// The committed traits are the built ones, and each moves alone.
+fn check_traits(built: &BuiltBody, sex: Sex) {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../../models")
+        .join(sex.name())
+        .join("traits.json");
+    let committed: Vec<Trait> = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    assert_eq!(committed.len(), built.traits.len());
+    for (own, other) in built.traits.iter().zip(&committed) {
+        assert_eq!((&own.name, &own.unit), (&other.name, &other.unit));
+        assert!((own.mean - other.mean).abs() < 0.05, "{own:?}, {other:?}");
+    }
+    // What each changes besides itself.
+    let along = |moved: &str, seen: &str| match (moved, seen) {
+        ("stature", _) => seen != "stature",
+        ("weight" | "muscle" | "age", "chest") => true,
+        _ => false,
+    };
+    for moved in &committed {
+        assert!(moved.explained > 0.9, "{moved:?}");
+        for seen in committed
+            .iter()
+            .filter(|seen| !along(&moved.name, &seen.name))
+        {
+            let change: f64 = seen
+                .per_coefficient
+                .iter()
+                .zip(moved.coefficients_per_unit)
+                .map(|(value, step)| value * step)
+                .sum();
+            let expected = if seen.name == moved.name { 1.0 } else { 0.0 };
+            assert!(
+                (change - expected).abs() < 1e-3,
+                "{}: {}",
+                moved.name,
+                seen.name
+            );
         }
     }
 }

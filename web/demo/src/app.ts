@@ -18,12 +18,13 @@ import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
 import { Names } from "./names.js";
 import { narrowScreen } from "./narrow.js";
-import { Panel, regionLabel } from "./panel.js";
+import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
 import { showFileProblem, showFileReport } from "./report.js";
 import { DEFAULTS, type Settings } from "./settings.js";
 import { Stage } from "./stage.js";
+import { regionLabel } from "./tissue-panel.js";
 import { showError, showNote } from "./toast.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
@@ -72,7 +73,8 @@ export class App {
       shown: () => this.#cast,
       show: (cast) => this.#show(cast),
       restored: () => this.#changed(() => this.#showSettings()),
-      downloaded: (megabytes) => this.hud.setFact("downloaded", `${megabytes.toFixed(2)} MB`),
+      downloaded: (megabytes) =>
+        this.hud.setFact("downloaded", `${Math.round(megabytes * 1000).toLocaleString("en")} KB`),
     });
     if (settings.camera) view.camera.place = settings.camera;
     this.hud.setFact("graphics", view.renderer.backend);
@@ -123,7 +125,7 @@ export class App {
       void this.#loader.recast();
     });
     this.#capture = new Capture(view, () => this.draw(0));
-    bindDialogs(() => codeFor(settings, this.#program.played));
+    bindDialogs(() => codeFor(settings, this.#program.played, this.mainAvatar?.controls ?? null));
     new BenchmarkDialog({
       cast: () => this.#cast,
       setStill: (still) => {
@@ -248,6 +250,8 @@ export class App {
     this.#wipe.setNames(actorLabel(left), actorLabel(right));
     this.#wipe.setOn(layout === "wipe" && shown.length === 2);
     this.#names.set(layout === "side" ? shown : []);
+    const vertices = cast.body.vertexCount.toLocaleString("en");
+    this.hud.setFact("vertices", shown.length > 1 ? `${shown.length} × ${vertices}` : vertices);
     this.#applySpeed();
     this.#showHeat();
     this.#describe();
@@ -414,6 +418,7 @@ export class App {
     const elapsed = this.#lastFrame === null ? 0 : now - this.#lastFrame;
     this.#lastFrame = now;
     if (document.hidden || this.#failed || this.#still) return;
+    this.hud.setFact("picture", this.#view.resolution);
     this.hud.show(now);
     this.stage.traces.show(now);
     this.#address.rememberCamera(now);

@@ -1,6 +1,7 @@
+import { type Controls, REGION_NAMES } from "dynaskin";
 import { actorLabel, isMethod } from "./actors.js";
 import { findMotion, motionOptions } from "./motions.js";
-import type { Settings } from "./settings.js";
+import { type Settings, TISSUE_PROPERTIES } from "./settings.js";
 
 /** What plays instead of the settings' motion, if anything does. */
 export interface PlayedInstead {
@@ -10,8 +11,15 @@ export interface PlayedInstead {
   clip: { motion: string; tempoHz: number; heightM: number; shape: readonly number[] } | null;
 }
 
-/** The program that shows what the page shows of the right actor, in the SDK's terms. */
-export function codeFor(settings: Settings, played: PlayedInstead): string {
+/**
+ * The program that shows what the page shows of the right actor, in the SDK's terms; `controls` are
+ * that actor's, null before it is there.
+ */
+export function codeFor(
+  settings: Settings,
+  played: PlayedInstead,
+  controls: Controls | null,
+): string {
   const { sex, right } = settings;
   const folder = `/models/${sex}/`;
   const shape = played.fileName === null && played.clip ? played.clip.shape : settings.shape;
@@ -34,7 +42,7 @@ export function codeFor(settings: Settings, played: PlayedInstead): string {
   }
   lines.push(
     `const avatar = ${from}.createAvatar({ shape: [${numbers.join(", ")}] });`,
-    ...tuningLines(settings),
+    ...tuningLines(settings, controls),
     ...source.made,
     "const pose = new Float64Array(99); // translation, then 24 quaternions x, y, z, w",
     "",
@@ -47,11 +55,21 @@ export function codeFor(settings: Settings, played: PlayedInstead): string {
   return `${lines.join("\n")}\n`;
 }
 
-function tuningLines({ clothes, clip, dynamics, strength, gains }: Settings): string[] {
+function tuningLines(
+  { clothes, clip, dynamics, strength, tissue }: Settings,
+  controls: Controls | null,
+): string[] {
   const lines: string[] = [];
   if (clothes === "sportswear" && !clip) lines.push(`avatar.setControls("sportswear");`);
-  for (const [region, gain] of Object.entries(gains)) {
-    if (gain !== 1) lines.push(`avatar.setRegionGain("${region}", ${gain});`);
+  const changed = REGION_NAMES.flatMap((region) => {
+    const own = TISSUE_PROPERTIES.filter((property) => (tissue[property][region] ?? 1) !== 1);
+    const values = own.map(
+      (property) => `${property}: ${+(controls?.regions[region][property] ?? 1).toFixed(2)}`,
+    );
+    return own.length > 0 ? [`${JSON.stringify(region)}: { ${values.join(", ")} }`] : [];
+  });
+  if (changed.length > 0) {
+    lines.push(`avatar.setControls({ regions: { ${changed.join(", ")} } });`);
   }
   if (!dynamics || strength !== 1) lines.push(`avatar.strength = ${dynamics ? strength : 0};`);
   return lines;

@@ -2,8 +2,9 @@ import { REGION_NAMES, type RegionName } from "dynaskin";
 import { actorLabel, actorsOf, SLOTS } from "./actors.js";
 import { byId, create } from "./dom.js";
 import { narrowScreen } from "./narrow.js";
-import { regionLabel, setSwitch } from "./panel.js";
+import { setSwitch } from "./panel.js";
 import { LAYOUTS, type Layout, type Settings } from "./settings.js";
+import { regionLabel } from "./tissue-panel.js";
 
 /** What the controls do. Each is called after `settings` has changed. */
 export interface ComparisonActions {

@@ -38,6 +38,8 @@ export class Layer {
   onRecovered: () => void = () => {};
   #shown: Body | null = null;
   #bodies: BodyHandle[] = [];
+  /** The screen's pixels a CSS pixel that the picture has been made for. */
+  #pixelRatio = 0;
 
   private constructor(canvas: HTMLCanvasElement, renderer: Renderer) {
     this.canvas = canvas;
@@ -46,19 +48,8 @@ export class Layer {
     darkScheme.addEventListener("change", paint);
     paint();
     new ResizeObserver(() => this.#resize()).observe(canvas);
-    this.#watchPixelRatio();
     this.#resize();
     void this.#watchLoss();
-  }
-
-  /** A window dragged to another screen or zoomed keeps its size in CSS pixels. */
-  #watchPixelRatio(): void {
-    const now = matchMedia(`(resolution: ${devicePixelRatio}dppx)`);
-    const changed = () => {
-      this.#resize();
-      this.#watchPixelRatio();
-    };
-    now.addEventListener("change", changed, { once: true });
   }
 
   /** Brings the picture back whenever the graphics card is lost. */
@@ -73,10 +64,12 @@ export class Layer {
   static async create(
     canvas: HTMLCanvasElement,
     backend: Backend | "auto",
+    adaptiveResolution: boolean,
     onProgress: (loadedBytes: number, totalBytes: number) => void,
   ): Promise<Layer> {
     const renderer = await createRenderer(canvas, {
       backend,
+      adaptiveResolution,
       onProgress: ({ loadedBytes, totalBytes }) => onProgress(loadedBytes, totalBytes),
     });
     return new Layer(canvas, renderer);
@@ -112,6 +105,8 @@ export class Layer {
 
   /** Draws one picture. */
   draw(camera: Camera): void {
+    // A window dragged to another screen keeps its size in CSS pixels, and no event says so reliably.
+    if (devicePixelRatio !== this.#pixelRatio) this.#resize();
     this.renderer.setCamera(camera);
     this.renderer.render();
   }
@@ -119,6 +114,7 @@ export class Layer {
   #resize(): void {
     const { clientWidth, clientHeight } = this.canvas;
     if (clientWidth === 0 || clientHeight === 0) return;
+    this.#pixelRatio = devicePixelRatio;
     this.renderer.resize(clientWidth, clientHeight, Math.min(devicePixelRatio, MAX_PIXEL_RATIO));
   }
 }

@@ -115,12 +115,17 @@ export class Loader {
 
   #explainLoad(sex: Settings["sex"], error: unknown): void {
     const shown = this.#actions.shown();
+    const tryAgain = () => {
+      this.#settings.sex = sex;
+      this.#actions.restored();
+      void this.openModel();
+    };
     if (!shown) {
-      showError("The page could not start", error);
+      showError("The page could not start", error, tryAgain);
       return;
     }
     const what = shown.sex === sex && !shown.model ? `networks of the ${sex} body` : `${sex} body`;
-    showError(`The ${what} could not be loaded`, error);
+    showError(`The ${what} could not be loaded`, error, tryAgain);
     this.#settings.sex = shown.sex;
     this.#actions.restored();
   }
@@ -164,7 +169,12 @@ export class Loader {
 
   #explainActors(signal: AbortSignal, error: unknown): void {
     if (signal.aborted) return;
-    showError("That comparison could not be loaded", error);
+    const wanted = pick(this.#settings);
+    showError("That comparison could not be loaded", error, () => {
+      Object.assign(this.#settings, wanted);
+      this.#actions.restored();
+      void this.recast();
+    });
     Object.assign(this.#settings, this.#shown);
     this.#actions.restored();
   }

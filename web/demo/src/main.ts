@@ -10,8 +10,10 @@ import { View } from "./view.js";
 async function start(): Promise<void> {
   const settings = readSettings(location.search);
   const loading = new LoadingBar();
-  const view = await View.create(settings.backend, (loaded, total) =>
-    loading.report("renderer", loaded, total),
+  const view = await View.create(
+    settings.backend,
+    settings.resolution === "adaptive",
+    (loaded, total) => loading.report("renderer", loaded, total),
   );
   const app = new App(settings, view, loading);
   acceptFiles((file) => void app.openFile(file));
@@ -21,5 +23,5 @@ async function start(): Promise<void> {
 
 start().catch((error) => {
   byId("loading").classList.add("done");
-  showError("The page could not start", error);
+  showError("The page could not start", error, () => location.reload());
 });

@@ -1,16 +1,15 @@
-import { REGION_NAMES, type RegionName } from "dynaskin";
+import { type BodyActions, BodyPanel } from "./body-panel.js";
 import { BY_HAND } from "./by-hand.js";
 import { byId, create } from "./dom.js";
 import { lessMotion } from "./less-motion.js";
 import { findMotion, MOTION_NAMES, MOTIONS, type MotionChoice, motionLabel } from "./motions.js";
-import { FACTOR, type Settings } from "./settings.js";
+import type { Settings } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
+import { TissuePanel } from "./tissue-panel.js";
 import { CLIP_NAMES, clipLabel } from "./truth.js";
 
 /** What the controls do. Each is called after `settings` has changed. */
-export interface PanelActions {
-  setSex(): void;
-  setShape(): void;
+export interface PanelActions extends BodyActions {
   setMotion(): void;
   setMotionOptions(): void;
   setDynamics(): void;
@@ -31,27 +30,22 @@ export interface PanelActions {
   hold(side: "left" | "right" | null): void;
 }
 
-const SHAPES_SHOWN = 3;
 /** Value of the list's entry for a file. */
 const FILE_MOTION = "file:";
 /** Begins the values of the list's entries for ground-truth clips. */
 const CLIP_MOTION = "clip:";
 
-const signed = (value: number) =>
-  `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(value).toFixed(1)}`;
-const percent = (value: number) => `${Math.round(value * 100)} %`;
-
 /** The controls: reads them into the settings and shows the settings in them. */
 export class Panel {
   readonly #settings: Settings;
   readonly #actions: PanelActions;
-  #shapeSliders: Slider[] = [];
+  readonly #body: BodyPanel;
   #scrubbing = false;
 
   constructor(settings: Settings, actions: PanelActions) {
     this.#settings = settings;
     this.#actions = actions;
-    this.#bindBody();
+    this.#body = new BodyPanel(settings, actions);
     this.#bindMotion();
     this.#bindTissue();
     this.#bindTransport();
@@ -76,9 +70,7 @@ export class Panel {
     play.classList.toggle("paused", paused);
     play.setAttribute("aria-label", paused ? "Play" : "Pause");
     byId("still-note").hidden = !(paused && lessMotion.matches);
-    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=sex]")) {
-      input.checked = input.value === sex;
-    }
+    this.#body.show();
     const clips = document.querySelector<HTMLOptGroupElement>("#motion-clips");
     // They were simulated on the female body.
     if (clips) clips.disabled = sex !== "female";
@@ -148,41 +140,6 @@ export class Panel {
     fillSliders("motion-params", sliders);
   }
 
-  #bindBody(): void {
-    const { shape } = this.#settings;
-    byId("sex").addEventListener("change", (event) => {
-      const { value } = event.target as HTMLInputElement;
-      this.#settings.sex = value === "male" ? "male" : "female";
-      this.#actions.setSex();
-    });
-    this.#shapeSliders = shape.map((value, idx) => {
-      const slider = createSlider({
-        id: `shape-${idx}`,
-        label: idx === 0 ? "Stature" : `Shape ${idx + 1}`,
-        ...{ min: -3, max: 3, step: 0.1, value: 0 },
-        format: (beta) => `${signed(beta)} σ`,
-        onInput: (beta) => {
-          shape[idx] = beta;
-          this.#actions.setShape();
-        },
-      });
-      slider.set(value);
-      return slider;
-    });
-    fillSliders("shape-main", this.#shapeSliders.slice(0, SHAPES_SHOWN));
-    fillSliders("shape-more", this.#shapeSliders.slice(SHAPES_SHOWN));
-    byId("shape-reset").addEventListener("click", () => this.#setShape(shape.map(() => 0)));
-    byId("shape-random").addEventListener("click", () => this.#setShape(shape.map(randomNormal)));
-  }
-
-  #setShape(next: number[]): void {
-    next.forEach((value, idx) => {
-      this.#settings.shape[idx] = value;
-      this.#shapeSliders[idx]?.set(value);
-    });
-    this.#actions.setShape();
-  }
-
   #bindMotion(): void {
     const select = byId<HTMLSelectElement>("motion");
     const option = (value: string, textContent: string) => create("option", { value, textContent });
@@ -225,36 +182,7 @@ export class Panel {
     toggle("heat", "heat", () => this.#actions.setHeat());
     toggle("hud-toggle", "hud", () => this.#actions.setHud());
     byId("hud-copy").addEventListener("click", () => this.#actions.copyHud());
-    const settings = this.#settings;
-    const factor = (id: string, label: string, now: number, apply: (value: number) => void) => {
-      const [min, value, max] = FACTOR;
-      const onInput = (next: number) => {
-        apply(next);
-        this.#actions.setTuning();
-      };
-      const slider = createSlider({
-        id,
-        label,
-        min,
-        max,
-        step: 0.05,
-        value,
-        format: percent,
-        onInput,
-      });
-      slider.set(now);
-      return slider;
-    };
-    const strength = factor("strength-all", "Strength", settings.strength, (value) => {
-      settings.strength = value;
-    });
-    fillSliders("strength", [strength]);
-    const regions = REGION_NAMES.map((region) =>
-      factor(`region-${region}`, regionLabel(region), settings.gains[region] ?? 1, (value) => {
-        settings.gains[region] = value;
-      }),
-    );
-    fillSliders("regions", regions);
+    new TissuePanel(this.#settings, () => this.#actions.setTuning());
   }
 
   #bindTransport(): void {
@@ -353,17 +281,4 @@ export function setSwitch(id: string, on: boolean): void {
 function showText(id: string, text: string): void {
   const output = byId(id);
   if (output.textContent !== text) output.textContent = text;
-}
-
-/** What the page calls a region. */
-export function regionLabel(region: RegionName): string {
-  const words = region.replace("-", " ");
-  return words.charAt(0).toUpperCase() + words.slice(1);
-}
-
-/** A standard normal number (Box and Muller 1958), within the sliders' range. */
-function randomNormal(): number {
-  const radius = Math.sqrt(-2 * Math.log(1 - Math.random()));
-  const value = radius * Math.cos(2 * Math.PI * Math.random());
-  return Math.round(Math.max(-2.5, Math.min(2.5, value)) * 10) / 10;
 }

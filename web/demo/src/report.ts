@@ -8,7 +8,14 @@ export function showFileReport(fileName: string, motion: Motion): void {
   area.hidden = false;
   area.classList.remove("bad");
   if (!report) {
-    area.hidden = true;
+    area.replaceChildren(
+      create("h3", { textContent: fileName }),
+      create("p", {
+        textContent:
+          `${motion.durationSeconds.toFixed(1)} s of SMPL poses, played on this body's own shape. ` +
+          "SMPL's joints are the body's: there are no names to match.",
+      }),
+    );
     return;
   }
   const { mapped, missing, unmapped } = report;
@@ -17,6 +24,7 @@ export function showFileReport(fileName: string, motion: Motion): void {
     create("h3", { textContent: fileName }),
     create("p", {
       textContent:
+        (motion.name ? `Animation “${motion.name}”, ` : "") +
         `${motion.durationSeconds.toFixed(1)} s at ${rate} Hz, in ${report.unit}. ` +
         `${mapped.length} of 24 joints found` +
         (missing.length > 0 ? `; no counterpart for ${missing.join(", ")}.` : "."),

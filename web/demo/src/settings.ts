@@ -17,6 +17,20 @@ const LANDING_SECONDS = 1.85;
 /** Lowest, usual and highest factor on offsets. */
 export const FACTOR = [0, 1, 2] as const;
 
+/** Largest size of a shape coefficient, in standard deviations. */
+export const SHAPE_LIMIT = 3;
+
+/** What of a region can be changed: the offsets' size, and how stiff and how damped its tissue is. */
+export const TISSUE_PROPERTIES = ["gain", "stiffness", "damping"] as const;
+export type TissueProperty = (typeof TISSUE_PROPERTIES)[number];
+
+/** Lowest, usual and highest factor on each. */
+export const TISSUE_FACTORS: Record<TissueProperty, readonly [number, number, number]> = {
+  gain: FACTOR,
+  stiffness: [0.25, 1, 4],
+  damping: [0.25, 1, 4],
+};
+
 /** Which body. */
 export type Sex = "female" | "male";
 
@@ -57,8 +71,8 @@ export interface Settings {
   camera: number[] | null;
   /** Factor on all offsets. */
   strength: number;
-  /** Factors on the offsets of regions, where they are not 1. */
-  gains: Partial<Record<RegionName, number>>;
+  /** Factors on the tissue of regions, where they are not 1. */
+  tissue: Record<TissueProperty, Partial<Record<RegionName, number>>>;
   /** Where a motion that stands still stands, in seconds; null: it plays, or has no timeline. */
   timeSeconds: number | null;
   /** Whether the network moves the skin. */
@@ -71,6 +85,8 @@ export interface Settings {
   speed: number;
   /** Whether the motion stands still. */
   paused: boolean;
+  /** Whether fewer pixels are drawn while pictures come too slowly. */
+  resolution: "adaptive" | "full";
   /** The graphics interface that was asked for. */
   backend: "auto" | "webgpu" | "webgl2";
 }
@@ -95,13 +111,14 @@ export const DEFAULTS: Settings = {
   region: "chest",
   camera: null,
   strength: 1,
-  gains: {},
+  tissue: { gain: {}, stiffness: {}, damping: {} },
   timeSeconds: null,
   dynamics: true,
   heat: false,
   hud: false,
   speed: 1,
   paused: false,
+  resolution: "adaptive",
   backend: "auto",
 };
 
@@ -149,35 +166,49 @@ export function readSettings(search: string): Settings {
     camera: camera.length === 4 && camera.every(Number.isFinite) ? camera : null,
     shape: DEFAULTS.shape.map((zero, idx) => {
       const value = shape[idx];
-      return Number.isFinite(value) ? Math.max(-3, Math.min(3, value as number)) : zero;
+      return Number.isFinite(value)
+        ? Math.max(-SHAPE_LIMIT, Math.min(SHAPE_LIMIT, value as number))
+        : zero;
     }),
     motion,
     tempoHz: inRange("tempo", choice?.tempoHz),
     heightM: inRange("height", choice?.heightM),
     strength: inRange("strength", FACTOR) ?? DEFAULTS.strength,
-    gains: readGains(query.get("gains") ?? ""),
+    tissue: {
+      gain: readFactors("gain", query),
+      stiffness: readFactors("stiffness", query),
+      damping: readFactors("damping", query),
+    },
     timeSeconds: inRange("time", [0, 0, 3600]) ?? (showsStill ? LANDING_SECONDS : null),
     dynamics: flag("dynamics", DEFAULTS.dynamics),
     heat: query.get("heat") === "error" || flag("heat", DEFAULTS.heat),
     hud: flag("hud", DEFAULTS.hud),
     speed: nearest(SPEEDS, number("speed") ?? DEFAULTS.speed),
     paused: flag("paused", lessMotion.matches),
+    resolution: oneOf("resolution", ["adaptive", "full"], DEFAULTS.resolution),
     backend: oneOf("backend", ["auto", "webgpu", "webgl2"], DEFAULTS.backend),
   };
 }
 
+/** Name of a property's factors in the address. */
+const inAddress = (property: TissueProperty) => (property === "gain" ? "gains" : property);
+
 /** Reads `chest:0.5,belly:2`. */
-function readGains(text: string): Settings["gains"] {
-  const gains: Settings["gains"] = {};
-  for (const part of text.split(",")) {
+function readFactors(
+  property: TissueProperty,
+  query: URLSearchParams,
+): Partial<Record<RegionName, number>> {
+  const factors: Partial<Record<RegionName, number>> = {};
+  const [low, , high] = TISSUE_FACTORS[property];
+  for (const part of (query.get(inAddress(property)) ?? "").split(",")) {
     const [name, value] = part.split(":");
     const region = REGION_NAMES.find((known) => known === name);
-    const gain = Number.parseFloat(value ?? "");
-    if (region && Number.isFinite(gain)) {
-      gains[region] = Math.max(FACTOR[0], Math.min(FACTOR[2], gain));
+    const factor = Number.parseFloat(value ?? "");
+    if (region && Number.isFinite(factor)) {
+      factors[region] = Math.max(low, Math.min(high, factor));
     }
   }
-  return gains;
+  return factors;
 }
 
 function nearest(values: readonly number[], wanted: number): number {
@@ -193,6 +224,7 @@ export function writeSettings(settings: Settings): string {
     if (value !== null && value !== otherwise) query.set(name, `${value}`);
   };
   put("backend", settings.backend, DEFAULTS.backend);
+  put("resolution", settings.resolution, DEFAULTS.resolution);
   put("sex", settings.sex, DEFAULTS.sex);
   if (settings.shape.some((value) => value !== 0)) {
     query.set("shape", settings.shape.map((value) => +value.toFixed(2)).join(","));
@@ -212,9 +244,12 @@ export function writeSettings(settings: Settings): string {
   put("region", settings.region, DEFAULTS.region);
   if (settings.camera) query.set("camera", settings.camera.map((n) => +n.toFixed(2)).join(","));
   put("strength", settings.strength, DEFAULTS.strength);
-  const gains = Object.entries(settings.gains).filter(([, gain]) => gain !== 1);
-  if (gains.length > 0) {
-    query.set("gains", gains.map(([region, gain]) => `${region}:${gain}`).join(","));
+  for (const property of TISSUE_PROPERTIES) {
+    const factors = Object.entries(settings.tissue[property]).filter(([, factor]) => factor !== 1);
+    if (factors.length > 0) {
+      const text = factors.map(([region, factor]) => `${region}:${+factor.toFixed(2)}`).join(",");
+      query.set(inAddress(property), text);
+    }
   }
   if (!settings.dynamics) query.set("dynamics", "0");
   if (settings.heat) query.set("heat", settings.heatOf === "error" ? "error" : "1");

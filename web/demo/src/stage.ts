@@ -7,7 +7,7 @@ import { RegionMeasures } from "./measures.js";
 import { START_YAW_RADIANS } from "./orbit.js";
 import type { AfterStep } from "./playing.js";
 import type { Program } from "./program.js";
-import type { Settings } from "./settings.js";
+import { type Settings, TISSUE_PROPERTIES } from "./settings.js";
 import { type Sample, Traces } from "./traces.js";
 
 /** What is shown lies a tick behind the skeleton, so ground truth is shown and compared there, too. */
@@ -58,12 +58,17 @@ export class Stage {
 
   /** Gives an avatar the settings that are its own. */
   tune(avatar: Avatar): void {
-    const { clothes, clip, dynamics, strength, gains } = this.#settings;
+    const { clothes, clip, dynamics, strength, tissue } = this.#settings;
     avatar.setControls(clip === null && clothes === "sportswear" ? clothes : "as-predicted");
     const { regions } = avatar.controls;
     for (const region of REGION_NAMES) {
-      avatar.setRegionGain(region, regions[region].gain * (gains[region] ?? 1));
+      for (const property of TISSUE_PROPERTIES) {
+        const value = regions[region][property] * (tissue[property][region] ?? 1);
+        // Firm clothes over stiff tissue would leave the range that the core takes.
+        regions[region][property] = property === "gain" ? value : Math.min(10, value);
+      }
     }
+    avatar.setControls({ regions });
     // The networks run on, so that both states of the same moment can be compared.
     avatar.strength = dynamics ? strength : 0;
   }

@@ -2,9 +2,12 @@ import { byId, create } from "./dom.js";
 
 const SECONDS_SHOWN = 12;
 
-/** Says that something went wrong while the page goes on. */
-export function showError(title: string, error: unknown): void {
-  show(title, error instanceof Error ? error.message : String(error), "toast card");
+/**
+ * Says that something went wrong while the page goes on. What can be tried again stays until it is,
+ * or until the message is closed.
+ */
+export function showError(title: string, error: unknown, tryAgain?: () => void): void {
+  show(title, error instanceof Error ? error.message : String(error), "toast card", tryAgain);
 }
 
 /** Says something that is no error. */
@@ -12,8 +15,8 @@ export function showNote(title: string, text: string): void {
   show(title, text, "toast card note");
 }
 
-function show(title: string, text: string, className: string): void {
-  const close = create("button", { type: "button", textContent: "✕" });
+function show(title: string, text: string, className: string, tryAgain?: () => void): void {
+  const close = create("button", { className: "close", type: "button", textContent: "✕" });
   close.setAttribute("aria-label", "Close this message");
   const toast = create("div", { className }, [
     create("strong", { textContent: title }),
@@ -21,7 +24,20 @@ function show(title: string, text: string, className: string): void {
     create("p", { textContent: text }),
   ]);
   close.addEventListener("click", () => toast.remove());
-  setTimeout(() => toast.remove(), SECONDS_SHOWN * 1000);
+  if (tryAgain) {
+    const again = create("button", {
+      className: "ghost small",
+      type: "button",
+      textContent: "Try again",
+    });
+    again.addEventListener("click", () => {
+      toast.remove();
+      tryAgain();
+    });
+    toast.append(again);
+  } else {
+    setTimeout(() => toast.remove(), SECONDS_SHOWN * 1000);
+  }
   const area = byId("toasts");
   area.append(toast);
   while (area.childElementCount > 3) area.firstElementChild?.remove();

