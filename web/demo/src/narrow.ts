@@ -1,2 +1,7 @@
 /** Whether the controls are a sheet at the bottom; the same condition as in layout.css. */
-export const narrowScreen = matchMedia("(max-width: 760px), (max-height: 560px)");
+export const narrowScreen = matchMedia(
+  "(max-width: 620px), (max-width: 760px) and (min-height: 561px)",
+);
+
+/** Whether the controls beside the picture are narrower, as on a phone held across; as in base.css. */
+export const shortScreen = matchMedia("(max-height: 560px)");

@@ -2,22 +2,28 @@ import type { Body } from "dynaskin";
 import type { Backend, BodyHandle, Camera, Renderer } from "dynaskin/renderer";
 import { byId } from "./dom.js";
 import { type Appearance, Layer } from "./layer.js";
-import { narrowScreen } from "./narrow.js";
+import { narrowScreen, shortScreen } from "./narrow.js";
 import { OrbitCamera } from "./orbit.js";
 
 /** Vertical angle of view, in radians. */
 const FOV_Y_RADIANS = 0.6;
 /** Widths over heights of a picture in which one body has room, and what each further one needs. */
 const ASPECT = { one: 0.62, row: 0.54, further: 0.4 };
-const PANEL_WIDTH_PX = 348;
+/** The panel with its margin: `--panel` in base.css and one gap. */
+const PANEL_WIDTH_PX = { usual: 348, short: 288 };
 const READINGS_WIDTH_PX = 302;
 const SHEET_HEIGHT_PX = 160;
+/** Title with names, and the playback bar: low pictures have no room for a body behind them. */
+const SHORT_COVERED_PX = { top: 96, bottom: 70 };
+/** Share of the height that is free which a standing body takes. */
+const SHORT_BODY = 0.72;
 
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
-export function coveredPixels(): { right: number; bottom: number } {
-  return narrowScreen.matches
-    ? { right: 0, bottom: SHEET_HEIGHT_PX }
-    : { right: PANEL_WIDTH_PX, bottom: 0 };
+export function coveredPixels(): { top: number; right: number; bottom: number } {
+  if (narrowScreen.matches) return { top: 0, right: 0, bottom: SHEET_HEIGHT_PX };
+  return shortScreen.matches
+    ? { ...SHORT_COVERED_PX, right: PANEL_WIDTH_PX.short }
+    : { top: 0, right: PANEL_WIDTH_PX.usual, bottom: 0 };
 }
 
 type Vector = [number, number, number];
@@ -184,10 +190,10 @@ export class View {
     // Pixels of the canvas to metres at the body.
     const height = Math.max(1, this.#main.canvas.clientHeight);
     const metresPerPixel = (2 * this.camera.reachM * Math.tan(fovYRadians / 2)) / height;
-    const { right, bottom } = coveredPixels();
+    const { top, right, bottom } = coveredPixels();
     const shift = this.camera.shiftM(
       ((right - this.#coveredLeftPx) / 2) * metresPerPixel,
-      (-bottom / 2) * metresPerPixel,
+      ((top - bottom) / 2) * metresPerPixel,
     );
     return {
       eyeWorldM: add(this.camera.eyeWorldM, shift),
@@ -210,6 +216,9 @@ export class View {
     const covered = further > 0 ? coveredPixels().right + this.#coveredLeftPx : 0;
     const aspect = Math.max(1, clientWidth - covered) / Math.max(1, clientHeight);
     const wanted = further > 0 ? ASPECT.row + further * ASPECT.further : ASPECT.one;
-    return Math.max(1, wanted / aspect);
+    const { top, bottom } = coveredPixels();
+    const free = Math.max(0.1, 1 - (top + bottom) / Math.max(1, clientHeight));
+    const low = shortScreen.matches ? SHORT_BODY / free : 1;
+    return Math.max(1, low, wanted / aspect);
   }
 }
