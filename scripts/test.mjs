@@ -13,6 +13,7 @@ import {
   ensureRust,
   ensureSystemPackages,
   findChromium,
+  findFirefox,
 } from "./toolchain.mjs";
 import { buildWasm } from "./wasm.mjs";
 
@@ -85,6 +86,29 @@ async function browserTests() {
   return playwrightResults(report);
 }
 
+async function firefoxTests() {
+  const firefox = findFirefox();
+  const xvfb = which("xvfb-run");
+  if (!firefox || !xvfb) {
+    say("  skipped: needs Debian's firefox-esr (or FIREFOX, the path of one) and xvfb-run.");
+    return { skipped: 1, skippedNames: ["Firefox: not installed, or no virtual display"] };
+  }
+  await buildDemo();
+  const report = join(REPORTS, "firefox.json");
+  // Firefox without a window has no WebGL2 in software.
+  await run(
+    xvfb,
+    ["-a", "-s", "-screen 0 1600x1200x24", process.execPath].concat(bin("vitest", "vitest.mjs"), [
+      "run",
+      "--reporter=default",
+      "--reporter=json",
+      `--outputFile.json=${report}`,
+    ]),
+    { cwd: join(ROOT, "tests", "firefox"), env: { FIREFOX: firefox }, allowFailure: true },
+  );
+  return vitestResults(report);
+}
+
 const STEPS = [
   { name: "setup", title: "What the tests need", work: setUp, always: true },
   { name: "fmt", title: "cargo fmt", work: oneCheck(() => run("cargo", ["fmt", "--check"])) },
@@ -118,6 +142,7 @@ const STEPS = [
   },
   { name: "sdk", title: "vitest on the built SDK", needs: ["wasm", "tsc"], work: vitest },
   { name: "browser", title: "Browser tests", needs: ["wasm", "tsc"], work: browserTests },
+  { name: "firefox", title: "The demo in Firefox", needs: ["wasm", "tsc"], work: firefoxTests },
 ];
 
 async function runSteps(chosen) {

@@ -91,26 +91,39 @@ function debianHasEnsurepip() {
   );
 }
 
+/** What Firefox needs to draw in software; one more browser is worth having, but not needed. */
+const FIREFOX_PACKAGES = ["firefox-esr", "libgl1", "libegl1", "libgl1-mesa-dri"];
+
 /**
  * The programs that the browser and Python tests use. Installs them on Debian as root; elsewhere
  * says what to install and carries on, and the tests that miss something are skipped by name.
  */
 export async function ensureSystemPackages() {
   const missing = Object.keys(DEBIAN_PACKAGES).filter((name) => !DEBIAN_PACKAGES[name]());
-  if (missing.length === 0) return;
+  const further = findFirefox() ? [] : FIREFOX_PACKAGES;
+  if (missing.length + further.length === 0) return;
   const debian = existsSync("/etc/debian_version") && which("apt-get");
   if (!debian || process.getuid?.() !== 0) {
-    say(`  not installed: ${missing.join(", ")}.`);
-    say(`  On Debian or Ubuntu: sudo apt-get install ${missing.join(" ")}`);
+    const all = [...missing, ...further].join(" ");
+    say(`  not installed: ${all}.`);
+    say(`  On Debian or Ubuntu: sudo apt-get install ${all}`);
     return;
   }
-  say(`  installing with apt-get: ${missing.join(", ")}`);
+  say(`  installing with apt-get: ${[...missing, ...further].join(", ")}`);
   const env = { DEBIAN_FRONTEND: "noninteractive" };
   await run("apt-get", ["update", "-qq"], { env, quiet: true });
-  await run("apt-get", ["install", "-y", "-qq", "--no-install-recommends", ...missing], {
-    env,
-    quiet: true,
-  });
+  const install = (names) =>
+    run("apt-get", ["install", "-y", "-qq", "--no-install-recommends", ...names], {
+      env,
+      quiet: true,
+    });
+  if (missing.length > 0) await install(missing);
+  if (further.length === 0) return;
+  try {
+    await install(further);
+  } catch (error) {
+    say(`  Firefox could not be installed, its tests will be skipped (${error.message})`);
+  }
 }
 
 /** Chromium for the browser tests: CHROMIUM, Debian's, or null. */
@@ -118,6 +131,13 @@ export function findChromium() {
   const named = process.env.CHROMIUM;
   if (named) return existsSync(named) ? named : null;
   return which("chromium") || which("chromium-browser") || which("google-chrome");
+}
+
+/** Firefox for its tests: FIREFOX, Debian's, or null. */
+export function findFirefox() {
+  const named = process.env.FIREFOX;
+  if (named) return existsSync(named) ? named : null;
+  return which("firefox-esr") || which("firefox");
 }
 
 const PYTHON_PACKAGES = ["numpy==2.4.6", "onnx==1.23.2", "onnxruntime==1.32.0"];
