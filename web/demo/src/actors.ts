@@ -18,6 +18,7 @@ const LABELS: Readonly<Record<ActorKind, string>> = {
   "casas-otaduy": "Casas & Otaduy",
   "casas-otaduy-unweighted": "Casas & Otaduy, unweighted",
   dsnet: "DSNet",
+  "dsnet-rbf": "DSNet, RBF start",
   dynaskin: "dynaskin",
   truth: "Ground truth",
 };

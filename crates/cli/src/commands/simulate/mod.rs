@@ -29,7 +29,7 @@ pub struct SimulateArgs {
     /// Body model, a GLB built by `dynaskin body build`.
     #[arg(long)]
     body: PathBuf,
-    /// Folder of motion captures: BVH files, or AMASS-like .npz files.
+    /// Folder of motion captures: BVH, AMASS-like .npz, or animations in .glb or .vrma.
     #[arg(long)]
     mocap: Option<PathBuf>,
     /// Also simulate the motions made by formula.
