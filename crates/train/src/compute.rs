@@ -1,6 +1,6 @@
 //! What networks are trained on.
 
-use burn::tensor::Device;
+use burn::tensor::{Device, Tensor, TensorData};
 
 use crate::TrainError;
 
@@ -56,9 +56,11 @@ impl Compute {
     #[cfg(any(feature = "cuda", feature = "vulkan"))]
     fn first(self, kind: burn::tensor::DeviceType) -> Result<Device, TrainError> {
         let found = Device::enumerate(kind).into_iter().next();
-        found.ok_or_else(|| {
+        let device = found.ok_or_else(|| {
             self.missing("no such device was found; is its driver installed?".into())
-        })
+        })?;
+        check(&device).map_err(|reason| self.missing(reason))?;
+        Ok(device)
     }
 
     #[cfg_attr(all(feature = "cuda", feature = "vulkan"), allow(dead_code))]
@@ -70,13 +72,48 @@ impl Compute {
     }
 }
 
+/// Whether a device multiplies and sums as it should. Drivers that draw in software were seen to sum
+/// to zero: losses of zero, and weights that nobody should keep.
+#[cfg_attr(not(any(feature = "cuda", feature = "vulkan", test)), allow(dead_code))]
+fn check(device: &Device) -> Result<(), String> {
+    const SIDE: usize = 96;
+    // Whole numbers small enough that sums are exact in single precision.
+    let value = |row: usize, column: usize| ((3 * row + 7 * column) % 5) as f32 - 2.0;
+    let numbers: Vec<f32> = (0..SIDE * SIDE)
+        .map(|idx| value(idx / SIDE, idx % SIDE))
+        .collect();
+    let expected: f32 = (0..SIDE)
+        .flat_map(|row| (0..SIDE).map(move |column| (row, column)))
+        .map(|(row, column)| {
+            let product: f32 = (0..SIDE).map(|k| value(row, k) * value(k, column)).sum();
+            product.abs()
+        })
+        .sum();
+    let data = TensorData::new(numbers, [SIDE, SIDE]);
+    let matrix = Tensor::<2>::from_data(data, device);
+    let got = matrix
+        .clone()
+        .matmul(matrix)
+        .abs()
+        .sum()
+        .into_scalar::<f32>();
+    if (got / expected - 1.0).abs() < 1e-3 {
+        Ok(())
+    } else {
+        Err(format!(
+            "it computes wrongly: a sum of products is {got} instead of {expected}; use another driver"
+        ))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_processor_is_always_there_and_names_come_back() {
-        Compute::default().device().expect("the processor");
+        let processor = Compute::default().device().expect("the processor");
+        assert_eq!(check(&processor), Ok(()));
         for compute in Compute::ALL {
             assert_eq!(Compute::from_name(compute.name()), Some(compute));
         }
