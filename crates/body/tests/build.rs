@@ -50,7 +50,8 @@ fn check_traits(built: &BuiltBody, sex: Sex) {
         .join("../../models")
         .join(sex.name())
         .join("traits.json");
-    let committed: Vec<Trait> = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let file = std::fs::read(path).expect("traits.json beside the body");
+    let committed: Vec<Trait> = serde_json::from_slice(&file).expect("traits");
     assert_eq!(committed.len(), built.traits.len());
     for (own, other) in built.traits.iter().zip(&committed) {
         assert_eq!((&own.name, &own.unit), (&other.name, &other.unit));
