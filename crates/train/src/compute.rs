@@ -5,6 +5,9 @@ use burn::tensor::{Device, Tensor, TensorData};
 use crate::TrainError;
 
 /// What networks are trained on. Weights, checkpoints and files are the same for all.
+///
+/// A seed gives the same weights again on one device for one training at a time: burn's random
+/// numbers belong to the process, and two trainings in it would take them from each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compute {
     /// The processor.
