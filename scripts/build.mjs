@@ -1,12 +1,11 @@
 // npm run build: the wasm files, the SDK and a static copy of the demo in web/demo/dist.
-import { readFileSync } from "node:fs";
 import { join, relative } from "node:path";
 import { DEMO, EXAMPLES, ROOT } from "./lib/paths.mjs";
 import { main, run, say, step } from "./lib/run.mjs";
-import { measureBuild, overBudget, sizeTable } from "./lib/sizes.mjs";
 import { buildSdk } from "./sdk.mjs";
 import { ensureNodePackages, ensureRust } from "./toolchain.mjs";
-import { buildWasm, isFullProfile } from "./wasm.mjs";
+import { buildWasm } from "./wasm.mjs";
+import { weighDemo } from "./weigh.mjs";
 
 /** Everything the demo needs, in order. */
 export async function buildAll() {
@@ -31,23 +30,11 @@ export function viteProgram() {
   return join(ROOT, "node_modules", "vite", "bin", "vite.js");
 }
 
-/** Prints what the built page weighs; throws where that is more than `web/demo/budget.json` allows. */
-async function weighDemo() {
-  const budget = JSON.parse(readFileSync(join(DEMO, "budget.json"), "utf8"));
-  const sizes = await measureBuild(join(DEMO, "dist"));
-  for (const line of sizeTable(sizes, budget)) say(`  ${line}`);
-  const problems = overBudget(sizes, budget);
-  if (problems.length === 0) return;
-  const sentence = `The page is over its budget (web/demo/budget.json): ${problems.join("; ")}.`;
-  if (isFullProfile) throw new Error(sentence);
-  say(`  ${sentence} That is no failure here, where WebAssembly is built without optimisation.`);
-}
-
 if (process.argv[1] === import.meta.filename) {
   main(async () => {
     await buildAll();
     await step("Demo page", buildDemo);
-    await step("Size", weighDemo);
+    await step("Size", () => weighDemo());
     say(
       `\nThe page is in ${relative(process.cwd(), join(DEMO, "dist"))}: serve it with any web server, from any path.`,
     );

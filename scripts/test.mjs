@@ -16,11 +16,16 @@ import {
   findFirefox,
 } from "./toolchain.mjs";
 import { buildWasm } from "./wasm.mjs";
+import { weighDemo } from "./weigh.mjs";
 
 const REPORTS = join(ROOT, "test-results");
 const node = (program, ...args) => run(process.execPath, [program, ...args]);
 const COLOURS = process.stdout.isTTY ? [] : ["--colors=off"];
 const bin = (name, ...path) => join(ROOT, "node_modules", name, ...path);
+
+let demo;
+/** The built demo, made by the first step that needs it. */
+const builtDemo = () => (demo ??= buildDemo());
 
 /** A step without tests of its own counts as one: it passed or it failed. */
 const oneCheck = (work) => async () => {
@@ -69,7 +74,7 @@ async function browserTests() {
     say("  skipped: the browser tests need Chromium. Install it, or set CHROMIUM to its path.");
     return { skipped: 1, skippedNames: ["browser tests: no Chromium"] };
   }
-  await buildDemo();
+  await builtDemo();
   await buildExamples();
   const report = join(REPORTS, "playwright.json");
   const args = [
@@ -93,7 +98,7 @@ async function firefoxTests() {
     say("  skipped: needs Debian's firefox-esr (or FIREFOX, the path of one) and xvfb-run.");
     return { skipped: 1, skippedNames: ["Firefox: not installed, or no virtual display"] };
   }
-  await buildDemo();
+  await builtDemo();
   const report = join(REPORTS, "firefox.json");
   // Firefox without a window has no WebGL2 in software.
   await run(
@@ -141,6 +146,15 @@ const STEPS = [
     }),
   },
   { name: "sdk", title: "vitest on the built SDK", needs: ["wasm", "tsc"], work: vitest },
+  {
+    name: "size",
+    title: "What the demo weighs",
+    needs: ["wasm", "tsc"],
+    work: oneCheck(async () => {
+      await builtDemo();
+      await weighDemo();
+    }),
+  },
   { name: "browser", title: "Browser tests", needs: ["wasm", "tsc"], work: browserTests },
   { name: "firefox", title: "The demo in Firefox", needs: ["wasm", "tsc"], work: firefoxTests },
 ];
