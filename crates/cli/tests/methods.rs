@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use dynaskin_sim::ClipData;
 use dynaskin_train::Method;
 use tempfile::TempDir;
 
@@ -179,6 +180,11 @@ fn what_cannot_be_learned_from_is_told() {
     let error = train(without.path(), &female, &[]);
     assert!(error.contains("validation"), "no validation clip: {error}");
 
+    let untaught = copied_data();
+    fs::remove_file(clip(untaught.path(), "hop")).unwrap();
+    let error = train(untaught.path(), &female, &[]);
+    assert!(error.contains("training"), "no training clip: {error}");
+
     let empty = tempfile::tempdir().unwrap();
     let error = train(empty.path(), &female, &[]);
     assert!(
@@ -196,6 +202,26 @@ fn what_cannot_be_learned_from_is_told() {
         let error = train(data(), &female, &["--device", "cuda"]);
         assert!(error.contains("--features cuda"), "no device: {error}");
     }
+
+    // As many vertices with another one among them, and one vertex less.
+    let swap_last = |clip: &mut ClipData| *clip.vertices.last_mut().unwrap() += 1;
+    for (what, mixed) in [
+        ("another vertex", with_edited_clip(swap_last)),
+        ("a vertex less", with_edited_clip(drop_last_vertex)),
+    ] {
+        let error = train(mixed.path(), &female, &[]);
+        assert!(
+            error.contains("another vertex list") && error.contains("jumping-jacks"),
+            "{what}: {error}"
+        );
+    }
+
+    // A method without epochs says so instead of going by fewer settings than it was given.
+    let error = train(data(), &female, &["--method", "dmpl", "--patience", "3"]);
+    assert!(
+        error.contains("--epochs") && error.contains("--patience"),
+        "no epochs: {error}"
+    );
 
     // Offsets that are no numbers.
     let broken = copied_data();
@@ -220,6 +246,23 @@ fn what_cannot_be_learned_from_is_told() {
             .all(|method| error.contains(method.name())),
         "{error}"
     );
+}
+
+/// A folder of clips whose held-out one was edited.
+fn with_edited_clip(edit: impl Fn(&mut ClipData)) -> TempDir {
+    let folder = copied_data();
+    let path = clip(folder.path(), "jumping-jacks");
+    let mut held_out = ClipData::read(&path).unwrap();
+    edit(&mut held_out);
+    held_out.write(&path).unwrap();
+    folder
+}
+
+fn drop_last_vertex(clip: &mut ClipData) {
+    let offsets = clip.offsets_rest_m.chunks(3 * clip.vertices.len());
+    let kept = offsets.flat_map(|frame| &frame[..frame.len() - 3]);
+    clip.offsets_rest_m = kept.copied().collect();
+    clip.vertices.pop();
 }
 
 /// The file of the clip whose name begins with `name`.

@@ -87,8 +87,8 @@ pub struct ClipHeader {
     pub materials: Materials,
     /// Number of frames.
     pub frame_count: usize,
-    /// Number of vertices with offsets.
-    pub vertex_count: usize,
+    /// Body vertices that have offsets.
+    pub vertices: Vec<u32>,
 }
 
 /// Why a clip file could not be read or written.

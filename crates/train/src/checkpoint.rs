@@ -31,12 +31,15 @@ pub struct EpochRecord {
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
     dir: PathBuf,
+    /// Fingerprint of the data ([`crate::DataSet::fingerprint`]), where it is known.
+    data: Option<String>,
 }
 
-/// What `state.json` holds: settings `C` and one record `R` an epoch.
+/// What `state.json` holds: settings `C`, the data's fingerprint, and one record `R` an epoch.
 #[derive(Serialize, Deserialize)]
 struct State<C, R> {
     config: C,
+    data: Option<String>,
     history: Vec<R>,
 }
 
@@ -49,7 +52,17 @@ impl Checkpoint {
         fs::create_dir_all(dir).map_err(TrainError::io(dir, "making the folder"))?;
         Ok(Self {
             dir: dir.to_owned(),
+            data: None,
         })
+    }
+
+    /// The same, for training on data of this fingerprint: a run on other data is not taken up.
+    #[must_use]
+    pub fn for_data(self, fingerprint: String) -> Self {
+        Self {
+            data: Some(fingerprint),
+            ..self
+        }
     }
 
     fn state(&self) -> PathBuf {
@@ -111,6 +124,7 @@ impl Checkpoint {
         let history = history.iter().map(serde_json::to_value);
         let state = State {
             config: serde_json::to_value(config).map_err(failed)?,
+            data: self.data.clone(),
             history: history.collect::<Result<Vec<_>, _>>().map_err(failed)?,
         };
         self.write_losses(&state.history)?;
@@ -147,6 +161,10 @@ impl Checkpoint {
         let state: State<C, R> = self.read_state()?;
         if !same(state.config) {
             return Err(unusable(&path, "it was made with other settings".into()));
+        }
+        if state.data != self.data {
+            let reason = "it was made with other clips or another split".into();
+            return Err(unusable(&path, reason));
         }
         let model = load_weights(&self.weights(), model)?;
         let path = self.optimizer();

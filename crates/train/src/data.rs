@@ -7,6 +7,7 @@ use dynaskin_body::BodyModel;
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
 use dynaskin_sim::{ClipData, ClipHeader, ComplianceTable};
+use sha2::{Digest as _, Sha256};
 
 use crate::TrainError;
 use crate::split::{ClipName, Set, Split};
@@ -95,8 +96,15 @@ impl DataSet {
                     got: header.body_sha256,
                 });
             }
-            let vertices = first.vertices.len();
-            clips.push(entry(path, &header, &first_path, vertices, split)?);
+            if header.vertices != first.vertices {
+                return Err(TrainError::MixedVertices {
+                    path,
+                    first: first_path,
+                    expected: first.vertices.len(),
+                    got: header.vertices.len(),
+                });
+            }
+            clips.push(entry(path, &header, split)?);
         }
         Ok(Self {
             dir: dir.to_owned(),
@@ -105,6 +113,26 @@ impl DataSet {
             sim_json: first.sim_json,
             compliance: ComplianceTable::read(dir, body_sha256)?,
         })
+    }
+
+    /// What training depends on, in a few characters: clips, their lengths and sets, and vertices. A
+    /// run goes on only with the data that it began with, or what is held out now may be known to it.
+    pub fn fingerprint(&self) -> String {
+        let mut hash = Sha256::new();
+        for clip in &self.clips {
+            let file = clip.path.file_name().unwrap_or_default().to_string_lossy();
+            let tissue = if clip.usual_tissue { "usual" } else { "varied" };
+            let set = clip.set.name();
+            hash.update(format!("{file} {} {set} {tissue}\n", clip.frames));
+        }
+        for vertex in &self.vertices {
+            hash.update(vertex.to_le_bytes());
+        }
+        let digest = hash.finalize();
+        digest[..8]
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect()
     }
 
     /// The clips of one set and some tissue.
@@ -136,21 +164,7 @@ impl DataSet {
     }
 }
 
-fn entry(
-    path: PathBuf,
-    header: &ClipHeader,
-    first: &Path,
-    vertices: usize,
-    split: &Split,
-) -> Result<ClipEntry, TrainError> {
-    if header.vertex_count != vertices {
-        return Err(TrainError::MixedVertices {
-            path,
-            first: first.to_owned(),
-            expected: vertices,
-            got: header.vertex_count,
-        });
-    }
+fn entry(path: PathBuf, header: &ClipHeader, split: &Split) -> Result<ClipEntry, TrainError> {
     if (header.rate_hz - MODEL_RATE_HZ).abs() > 1e-6 * MODEL_RATE_HZ {
         return Err(TrainError::ClipRate {
             path,

@@ -14,6 +14,9 @@ use crate::checkpoint::{Checkpoint, EpochRecord};
 const WARM_UP: f64 = 0.03;
 /// The learning rate ends at this share of its peak.
 const LAST_RATE: f64 = 0.01;
+/// Epochs without progress after which training ends, unless a run says otherwise. DSNet needs it most:
+/// its error on what it does not learn from rises again after a third of its epochs.
+pub(crate) const PATIENCE_EPOCHS: usize = 12;
 
 /// The learning rate's share of its peak after `done` (0..1) of all steps.
 pub(crate) fn rate_share(done: f64) -> f64 {
@@ -38,6 +41,8 @@ pub(crate) struct EpochRun<'a, C> {
     pub config: &'a C,
     /// Number of epochs, those of the earlier run among them.
     pub epochs: usize,
+    /// The run ends early once so many epochs in a row were no better than one before; 0: never.
+    pub patience_epochs: usize,
     /// Whether to take up the run in the checkpoint.
     pub resume: bool,
 }
@@ -74,6 +79,9 @@ impl<C: Serialize> EpochRun<'_, C> {
             checkpoint.clear()?;
         }
         for index in history.len()..self.epochs {
+            if self.is_over(&history) {
+                break;
+            }
             let start = Instant::now();
             let (next, loss) = epoch(index, model, &mut optimizer)?;
             model = next;
@@ -91,28 +99,38 @@ impl<C: Serialize> EpochRun<'_, C> {
                 validation_ratio: validation.ratio,
                 seconds: start.elapsed().as_secs_f64(),
             };
-            let best = history
-                .iter()
-                .all(|earlier| record.validation_ratio < earlier.validation_ratio);
+            let is_best =
+                best(&history).is_none_or(|best| record.validation_ratio < best.validation_ratio);
             history.push(record.clone());
-            checkpoint.save(&model, &optimizer, self.config, &history, best)?;
+            checkpoint.save(&model, &optimizer, self.config, &history, is_best)?;
             progress(&record);
         }
-        history
-            .into_iter()
-            .min_by(|a, b| a.validation_ratio.total_cmp(&b.validation_ratio))
-            .ok_or_else(|| TrainError::Config {
-                setting: "epochs",
-                got: "0".into(),
-                expected: "1 or more".into(),
-            })
+        best(&history).cloned().ok_or_else(|| TrainError::Config {
+            setting: "epochs",
+            got: "0".into(),
+            expected: "1 or more".into(),
+        })
+    }
+
+    /// Whether the last epochs brought nothing.
+    fn is_over(&self, history: &[EpochRecord]) -> bool {
+        let since_best = best(history).map_or(0, |best| history.len() - best.epoch);
+        self.patience_epochs > 0 && since_best >= self.patience_epochs
     }
 }
 
-/// Settings without the number of epochs, which may differ when a run is taken up again.
+/// The epoch that did best on the validation set, the first of equals.
+fn best(history: &[EpochRecord]) -> Option<&EpochRecord> {
+    history
+        .iter()
+        .min_by(|a, b| a.validation_ratio.total_cmp(&b.validation_ratio))
+}
+
+/// Settings without those that only say when a run ends, which may differ when it is taken up again.
 fn but_epochs(mut settings: Value) -> Value {
     if let Some(fields) = settings.as_object_mut() {
         fields.remove("epochs");
+        fields.remove("patience_epochs");
     }
     settings
 }

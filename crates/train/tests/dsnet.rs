@@ -12,7 +12,7 @@ use dynaskin_train::dsnet::{
     train_autoencoder, train_predictor,
 };
 use dynaskin_train::dsnet::{LatentData, LatentSequence};
-use dynaskin_train::{Compute, Normaliser, Player, Precision};
+use dynaskin_train::{Checkpoint, Compute, Normaliser, Player, Precision};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -70,7 +70,9 @@ fn the_autoencoder_learns_a_curved_family_of_fields_and_can_be_resumed() {
     let train = |folder: &Path, config: &DsnetConfig, resume: bool| {
         let mut ratios = Vec::new();
         let progress = &mut |epoch: &StageEpoch| ratios.push(epoch.record.validation_ratio);
-        train_autoencoder(&frames, config, Compute::Cpu, (folder, resume), progress)
+        let checkpoint = Checkpoint::new(folder).expect("a checkpoint");
+        let state = (&checkpoint, resume);
+        train_autoencoder(&frames, config, Compute::Cpu, state, progress)
             .expect("training succeeds");
         ratios
     };
@@ -88,13 +90,8 @@ fn the_autoencoder_learns_a_curved_family_of_fields_and_can_be_resumed() {
         ..config()
     };
     let nothing = &mut |_: &StageEpoch| {};
-    let error = train_autoencoder(
-        &frames,
-        &other,
-        Compute::Cpu,
-        (&dir.path().join("again"), true),
-        nothing,
-    );
+    let checkpoint = Checkpoint::new(&dir.path().join("again")).expect("a checkpoint");
+    let error = train_autoencoder(&frames, &other, Compute::Cpu, (&checkpoint, true), nothing);
     assert!(error.is_err());
 }
 
@@ -149,7 +146,7 @@ fn both_variants_learn_a_lag_whose_size_the_shape_sets() {
             (&data, inputs),
             &config(),
             Compute::Cpu,
-            (dir.path(), false),
+            (&Checkpoint::new(dir.path()).expect("a checkpoint"), false),
             progress,
         )
         .expect("training succeeds");

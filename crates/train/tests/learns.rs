@@ -159,3 +159,34 @@ fn other_settings_cannot_be_resumed() {
         .expect_err("other settings");
     assert!(matches!(error, TrainError::Checkpoint { .. }), "{error}");
 }
+
+#[test]
+fn a_run_without_progress_ends_early() {
+    let data = data();
+    let dir = tempfile::tempdir().expect("a folder");
+    let checkpoint = Checkpoint::new(dir.path()).expect("a checkpoint");
+    // Steps this small change no weight, so that no epoch is better than the first.
+    let still = |epochs, patience_epochs| TrainConfig {
+        learning_rate: 1e-12,
+        weight_decay: 0.0,
+        patience_epochs,
+        ..config(epochs)
+    };
+    let run = |config: TrainConfig, resume: bool| {
+        let mut epochs = Vec::new();
+        let (_, best) = train(
+            &data,
+            &config,
+            Compute::Cpu,
+            (&checkpoint, resume),
+            |record| epochs.push(record.epoch),
+        )
+        .expect("training succeeds");
+        assert_eq!(best.epoch, 1);
+        epochs
+    };
+    assert_eq!(run(still(50, 2), false), [1, 2, 3]);
+    // It stays ended until somebody has more patience.
+    assert!(run(still(50, 2), true).is_empty());
+    assert_eq!(run(still(5, 0), true), [4, 5]);
+}

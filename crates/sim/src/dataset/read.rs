@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fs;
 use std::io::{Read as _, Seek as _, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
 
 use dynaskin_body::{JOINT_COUNT, Pose, REGION_COUNT, SHAPE_COUNT};
@@ -32,17 +33,18 @@ impl ClipData {
             return Err(file.malformed(format!("{length} bytes, more than {MAX_FILE_BYTES}")));
         }
         let bytes = fs::read(path).map_err(|e| file.io("reading", e))?;
-        let (_, metadata) =
+        let (header_bytes, metadata) =
             SafeTensors::read_metadata(&bytes).map_err(|e| file.malformed(e.to_string()))?;
         let tensors =
             SafeTensors::deserialize(&bytes).map_err(|e| file.malformed(e.to_string()))?;
         file.check_format(&metadata)?;
-        let materials = file.tensor(&tensors, "materials", Dtype::F32, &[2, REGION_COUNT])?;
-        let header = file.header(&metadata, materials)?;
-        let (frames, vertices) = (header.frame_count, header.vertex_count);
+        // The lengths were checked when the tensors were made out.
+        let header = file.header(&metadata, |place| {
+            Ok(bytes[8 + header_bytes..][place].to_vec())
+        })?;
+        let (frames, vertices) = (header.frame_count, header.vertices.len());
 
         let offsets = file.tensor(&tensors, "offsets_m", Dtype::F16, &[frames, vertices, 3])?;
-        let indices = file.tensor(&tensors, "vertices", Dtype::U32, &[vertices])?;
         let shape = file.tensor(&tensors, "shape", Dtype::F32, &[SHAPE_COUNT])?;
         let roots = file.tensor(&tensors, "root_translation_m", Dtype::F64, &[frames, 3])?;
         let rotations = file.tensor(
@@ -60,7 +62,7 @@ impl ClipData {
             sim_json: header.sim_json,
             shape: array(numbers(shape, f32::from_le_bytes)),
             materials: header.materials,
-            vertices: numbers(indices, u32::from_le_bytes).collect(),
+            vertices: header.vertices,
             poses: poses(roots, rotations),
             offsets_rest_m: numbers(offsets, f16::from_le_bytes).collect(),
         };
@@ -70,7 +72,7 @@ impl ClipData {
 }
 
 impl ClipHeader {
-    /// Reads only the header of a clip file: a few kilobytes.
+    /// Reads only the header of a clip file and its list of vertices: a few kilobytes.
     ///
     /// # Errors
     /// As [`ClipData::read`], except that the numbers themselves are not looked at.
@@ -96,21 +98,14 @@ impl ClipHeader {
             return Err(file.malformed("it is cut off or has bytes to spare".to_owned()));
         }
         file.check_format(&metadata)?;
-        let materials = metadata
-            .info("materials")
-            .filter(|info| info.dtype == Dtype::F32 && info.shape == [2, REGION_COUNT])
-            .ok_or_else(|| DatasetError::Tensor {
-                path: path.to_owned(),
-                tensor: "materials",
-                expected: format!("F32 [2, {REGION_COUNT}]"),
-                got: "nothing of that type and shape".to_owned(),
-            })?;
-        let mut bytes = [0; 2 * REGION_COUNT * size_of::<f32>()];
-        reader
-            .seek(SeekFrom::Start(8 + size + materials.data_offsets.0 as u64))
-            .and_then(|_| reader.read_exact(&mut bytes))
-            .map_err(|e| file.io("reading", e))?;
-        file.header(&metadata, &bytes)
+        file.header(&metadata, |place| {
+            let mut bytes = vec![0; place.len()];
+            reader
+                .seek(SeekFrom::Start(8 + size + place.start as u64))
+                .and_then(|_| reader.read_exact(&mut bytes))
+                .map_err(|e| file.io("reading", e))?;
+            Ok(bytes)
+        })
     }
 }
 
@@ -148,8 +143,12 @@ impl File<'_> {
         Ok(())
     }
 
-    /// `materials`: the bytes of that tensor.
-    fn header(&self, metadata: &Metadata, materials: &[u8]) -> Result<ClipHeader, DatasetError> {
+    /// `bytes_at` reads bytes that lie there after the header, within the file.
+    fn header(
+        &self,
+        metadata: &Metadata,
+        mut bytes_at: impl FnMut(Range<usize>) -> Result<Vec<u8>, DatasetError>,
+    ) -> Result<ClipHeader, DatasetError> {
         let empty = HashMap::new();
         let entries = metadata.metadata().as_ref().unwrap_or(&empty);
         let text = |key: &'static str, expected: &str| {
@@ -181,6 +180,12 @@ impl File<'_> {
                 got: shape.map_or("nothing".to_owned(), |shape| format!("{shape:?}")),
             });
         };
+        let mut small = |tensor, dtype, shape: &[usize]| {
+            let place = self.place(metadata, tensor, dtype, shape)?;
+            bytes_at(place)
+        };
+        let materials = small("materials", Dtype::F32, &[2, REGION_COUNT])?;
+        let vertices = small("vertices", Dtype::U32, &[vertex_count])?;
         let (stiffness, damping) = materials.split_at(materials.len() / 2);
         let materials = Materials {
             stiffness: array(numbers(stiffness, f32::from_le_bytes)),
@@ -202,8 +207,30 @@ impl File<'_> {
             seed,
             sim_json: text("sim", "settings as JSON")?,
             frame_count,
-            vertex_count,
+            vertices: numbers(&vertices, u32::from_le_bytes).collect(),
         })
+    }
+
+    /// Where a tensor's bytes lie after the header.
+    fn place(
+        &self,
+        metadata: &Metadata,
+        tensor: &'static str,
+        dtype: Dtype,
+        shape: &[usize],
+    ) -> Result<Range<usize>, DatasetError> {
+        let info = metadata.info(tensor);
+        let fits = info.filter(|info| info.dtype == dtype && info.shape == shape);
+        let (start, end) = fits.map(|info| info.data_offsets).ok_or_else(|| {
+            let got = info.map(|info| format!("{:?} {:?}", info.dtype, info.shape));
+            DatasetError::Tensor {
+                path: self.path.to_owned(),
+                tensor,
+                expected: format!("{dtype:?} {shape:?}"),
+                got: got.unwrap_or_else(|| "nothing".to_owned()),
+            }
+        })?;
+        Ok(start..end)
     }
 
     fn metadata(&self, key: &'static str, expected: &str, got: &str) -> DatasetError {

@@ -45,6 +45,8 @@ pub struct CasasOtaduyArgs {
 pub struct Common<'a> {
     /// Passes over the training set.
     pub epochs: Option<usize>,
+    /// Epochs without progress after which a network's training ends; 0: never.
+    pub patience_epochs: Option<usize>,
     /// Peak of the regressor's learning rate.
     pub learning_rate: Option<f64>,
     /// What the papers' methods share.
@@ -91,6 +93,9 @@ impl CasasOtaduyArgs {
         regressor.epochs = common.epochs.unwrap_or(regressor.epochs);
         regressor.learning_rate = common.learning_rate.unwrap_or(regressor.learning_rate);
         regressor.hidden = self.neurons.or(regressor.hidden);
+        let patience = common.patience_epochs;
+        autoencoder.patience_epochs = patience.unwrap_or(autoencoder.patience_epochs);
+        regressor.patience_epochs = patience.unwrap_or(regressor.patience_epochs);
         if paper.published_size {
             autoencoder.widths = AutoencoderWidths::PUBLISHED;
             // All that the sample spans, where layers are this wide.

@@ -50,6 +50,7 @@ fn config(args: &TrainArgs) -> DsnetConfig {
         seed: args.seed,
         mask: !dsnet.no_mask,
         epochs: args.epochs.unwrap_or(usual.epochs),
+        patience_epochs: args.patience.unwrap_or(usual.patience_epochs),
         learning_rate: args.learning_rate.unwrap_or(usual.learning_rate),
         autoencoder_frames: paper.autoencoder_frames.unwrap_or(usual.autoencoder_frames),
         autoencoder_epochs: paper.autoencoder_epochs.unwrap_or(usual.autoencoder_epochs),

@@ -15,7 +15,8 @@ use crate::commands::say;
 pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
     let config = args.config();
     config.check()?;
-    let checkpoint = Checkpoint::new(&args.checkpoint_folder())?;
+    let checkpoint =
+        Checkpoint::new(&args.checkpoint_folder())?.for_data(input.data_set.fingerprint());
     args.refuse_to_overwrite(checkpoint.holds_run())?;
 
     let bar = clip_bar("reading clips");

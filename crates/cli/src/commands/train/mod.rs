@@ -63,6 +63,10 @@ pub struct TrainArgs {
     /// Passes over the training set; as many as the method usually takes unless given.
     #[arg(long)]
     epochs: Option<usize>,
+    /// End the training of a network once so many epochs in a row were no better than one before on
+    /// the validation clips; 0 goes through all epochs. What the method usually has unless given.
+    #[arg(long, value_name = "EPOCHS")]
+    patience: Option<usize>,
     /// Width of the encoding.
     #[arg(long, default_value_t = TrainConfig::default().encoding)]
     encoding: usize,
@@ -155,10 +159,34 @@ impl TrainArgs {
         Ok(())
     }
 
+    /// Refuses settings of training by epochs for a method that is fitted at once.
+    fn refuse_epochs(&self) -> anyhow::Result<()> {
+        let given = [
+            ("--epochs", self.epochs.is_some()),
+            ("--patience", self.patience.is_some()),
+            ("--learning-rate", self.learning_rate.is_some()),
+            ("--resume", self.resume),
+            ("--device", self.device != Compute::Cpu),
+        ];
+        let given = given.into_iter().filter(|(_, given)| *given);
+        let names: Vec<&str> = given.map(|(name, _)| name).collect();
+        if !names.is_empty() {
+            bail!(
+                "{} is fitted at once, on the processor: leave out {}",
+                self.method.name(),
+                names.join(", ")
+            );
+        }
+        Ok(())
+    }
+
     fn config(&self) -> TrainConfig {
         TrainConfig {
             seed: self.seed,
             epochs: self.epochs.unwrap_or(TrainConfig::default().epochs),
+            patience_epochs: self
+                .patience
+                .unwrap_or(TrainConfig::default().patience_epochs),
             encoding: self.encoding,
             springs: self.springs,
             hidden: self.hidden,
@@ -199,9 +227,11 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     let (networks, minutes) = match args.method {
         Method::Dynaskin => dynaskin::train(args, input)?,
         Method::SpringBones => {
+            args.refuse_epochs()?;
             timed(|progress| train_spring_bones(input, &SpringBonesConfig::default(), progress))?
         }
         Method::Dmpl => {
+            args.refuse_epochs()?;
             let config = DmplConfig {
                 seed: args.seed,
                 components: args.components.unwrap_or(DmplConfig::default().components),
@@ -214,11 +244,13 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
         Method::CasasOtaduy | Method::CasasOtaduyUnweighted => {
             let folder = RunFolder {
                 path: &args.checkpoint_folder(),
+                data: &data_set.fingerprint(),
                 resume: args.resume,
             };
             args.refuse_to_overwrite(folder.holds_run())?;
             let common = casas_otaduy::Common {
                 epochs: args.epochs,
+                patience_epochs: args.patience,
                 learning_rate: args.learning_rate,
                 paper: &args.paper,
                 weighted: args.method == Method::CasasOtaduy,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::epochs::PATIENCE_EPOCHS;
 use crate::settings::within;
 
 /// Widths of the autoencoder (section 3.3): 6000, 3000 and 100 in the paper.
@@ -55,6 +56,8 @@ pub struct AutoencoderConfig {
     pub frames: usize,
     /// Passes.
     pub epochs: usize,
+    /// Training ends once so many epochs in a row were no better than one before; 0: never.
+    pub patience_epochs: usize,
     /// Frames a step.
     pub batch: usize,
     /// Peak of Adam's learning rate.
@@ -74,6 +77,7 @@ impl Default for AutoencoderConfig {
             span_frames: 2400,
             frames: 20_000,
             epochs: 40,
+            patience_epochs: PATIENCE_EPOCHS,
             batch: 128,
             learning_rate: 3e-4,
         }
@@ -97,6 +101,8 @@ pub struct RegressorConfig {
     pub latent_noise: f32,
     /// Passes over the training set.
     pub epochs: usize,
+    /// Training ends once so many epochs in a row were no better than one before; 0: never.
+    pub patience_epochs: usize,
     /// Frames a step.
     pub batch: usize,
     /// Peak of Adam's learning rate.
@@ -114,6 +120,7 @@ impl Default for RegressorConfig {
             rollout: 16,
             latent_noise: 0.05,
             epochs: 20,
+            patience_epochs: PATIENCE_EPOCHS,
             batch: 1024,
             learning_rate: 1e-3,
             clip_norm: 1.0,

@@ -38,6 +38,7 @@ pub(super) fn fit_autoencoder(
         checkpoint,
         config,
         epochs: config.epochs,
+        patience_epochs: config.patience_epochs,
         resume,
     };
     let best = run.run(

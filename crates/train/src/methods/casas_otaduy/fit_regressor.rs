@@ -67,6 +67,7 @@ pub(super) fn fit_regressor(
         checkpoint,
         config,
         epochs: config.epochs,
+        patience_epochs: config.patience_epochs,
         resume,
     };
     let best = run.run(

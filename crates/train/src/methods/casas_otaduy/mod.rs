@@ -72,6 +72,8 @@ pub enum CasasOtaduyProgress<'a> {
 pub struct RunFolder<'a> {
     /// The folder; each network has its own in it.
     pub path: &'a Path,
+    /// Fingerprint of the data ([`crate::DataSet::fingerprint`]).
+    pub data: &'a str,
     /// Whether to go on with what the folder holds.
     pub resume: bool,
 }
@@ -88,7 +90,7 @@ impl RunFolder<'_> {
     }
 
     fn checkpoint(&self, network: &str) -> Result<(Checkpoint, bool), TrainError> {
-        let checkpoint = Checkpoint::new(&self.path.join(network))?;
+        let checkpoint = Checkpoint::new(&self.path.join(network))?.for_data(self.data.to_owned());
         let resume = self.resume && checkpoint.holds_run();
         Ok((checkpoint, resume))
     }

@@ -1,7 +1,5 @@
 //! Training the autoencoder, and encoding clips with it.
 
-use std::path::Path;
-
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;
@@ -13,6 +11,7 @@ use super::autoencoder::Autoencoder;
 use super::config::{AutoencoderSizes, DsnetConfig};
 use super::stage::{Run, Stage, StageEpoch, Trained, finite};
 use crate::TrainError;
+use crate::checkpoint::Checkpoint;
 use crate::compute::Compute;
 use crate::data::{ClipEntry, DataSet, Tissue};
 use crate::epochs::Validation;
@@ -157,7 +156,7 @@ fn fields(offsets_m: &[f32], vertices: usize, unit_m: f32, device: &Device) -> T
     Tensor::from_data(TensorData::new(scaled, [frames, vertices, 3]), device)
 }
 
-/// Trains an autoencoder on `frames`, keeps its state in `folder` and gives the weights of the epoch
+/// Trains an autoencoder on `frames`, keeps its state in `checkpoint` and gives the weights of the epoch
 /// that did best on the validation frames: mean squared error of the scaled coordinates (the paper does not
 /// name its loss), divided by that of no offset so that 1 means nothing learned.
 ///
@@ -167,12 +166,12 @@ pub fn train_autoencoder(
     frames: &OffsetFrames,
     config: &DsnetConfig,
     compute: Compute,
-    (folder, resume): (&Path, bool),
+    (checkpoint, resume): (&Checkpoint, bool),
     progress: &mut dyn FnMut(&StageEpoch),
 ) -> Result<Trained<Compressor>, TrainError> {
     let run = Run {
         stage: Stage::Autoencoder,
-        folder,
+        checkpoint,
         settings: json!({
             "seed": config.seed,
             "sizes": config.autoencoder,
@@ -182,6 +181,7 @@ pub fn train_autoencoder(
             "vertices": frames.vertices,
         }),
         epochs: config.autoencoder_epochs,
+        patience_epochs: config.patience_epochs,
         learning_rate: config.autoencoder_learning_rate,
         resume,
     };

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::epochs::PATIENCE_EPOCHS;
 use crate::settings::within;
 
 /// How the body's shape β enters the predictor.
@@ -49,6 +50,8 @@ pub struct DsnetConfig {
     pub batch: usize,
     /// Passes over the training sequences.
     pub epochs: usize,
+    /// Training of either network ends once so many epochs in a row were no better than one before; 0: never.
+    pub patience_epochs: usize,
     /// Adam's learning rate; it falls to nothing along a half cosine.
     pub learning_rate: f64,
     /// Whether padded frames are left out of the loss and of the batch normalisation. The paper does
@@ -105,6 +108,7 @@ impl Default for DsnetConfig {
             frames: 300,
             batch: 16,
             epochs: 100,
+            patience_epochs: PATIENCE_EPOCHS,
             learning_rate: 2e-3,
             mask: true,
         }
@@ -122,6 +126,8 @@ impl DsnetConfig {
             autoencoder_batch: 64,
             autoencoder_learning_rate: 1e-4,
             epochs: 2000,
+            // Small steps come to a better epoch less often.
+            patience_epochs: 20 * PATIENCE_EPOCHS,
             learning_rate: 1e-4,
             ..Self::default()
         }

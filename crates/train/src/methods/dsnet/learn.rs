@@ -1,7 +1,5 @@
 //! Training the predictor on sequences of latents.
 
-use std::path::Path;
-
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Int, Tensor, TensorData};
 use rand::seq::SliceRandom;
@@ -13,6 +11,7 @@ use super::config::DsnetConfig;
 use super::predictor::{DsnetPredictor, Sequences};
 use super::stage::{Run, Stage, StageEpoch, Trained, finite};
 use crate::TrainError;
+use crate::checkpoint::Checkpoint;
 use crate::compute::Compute;
 use crate::epochs::Validation;
 
@@ -104,7 +103,7 @@ fn distance(latents: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
     (square + SMALLEST_SQUARE).sqrt().mean()
 }
 
-/// Trains a predictor on so many `inputs` a frame, keeps its state in `folder` and gives the weights of
+/// Trains a predictor on so many `inputs` a frame, keeps its state in `checkpoint` and gives the weights of
 /// the epoch that did best on the validation clips: the distance in latent space, averaged over the frames of each batch (the paper
 /// sums them, which for Adam is the same but for the padding).
 ///
@@ -114,15 +113,18 @@ pub fn train_predictor(
     (data, inputs): (&LatentData, usize),
     config: &DsnetConfig,
     compute: Compute,
-    (folder, resume): (&Path, bool),
+    (checkpoint, resume): (&Checkpoint, bool),
     progress: &mut dyn FnMut(&StageEpoch),
 ) -> Result<Trained<DsnetPredictor>, TrainError> {
     let run = Run {
         stage: Stage::Predictor,
-        folder,
-        // The number of epochs may differ.
-        settings: json!({ "config": DsnetConfig { epochs: 0, ..config.clone() } }),
+        checkpoint,
+        // When the run ends may differ.
+        settings: json!({
+            "config": DsnetConfig { epochs: 0, patience_epochs: 0, ..config.clone() }
+        }),
         epochs: config.epochs,
+        patience_epochs: config.patience_epochs,
         learning_rate: config.learning_rate,
         resume,
     };

@@ -29,6 +29,7 @@ pub use stage::{Stage, StageEpoch, Trained};
 
 use super::{Networks, TrainingInput};
 use crate::TrainError;
+use crate::checkpoint::Checkpoint;
 use crate::data::{DataSet, Tissue, features_of, motion_of};
 use crate::normaliser::Normaliser;
 use crate::split::Set;
@@ -73,9 +74,13 @@ pub fn train_dsnet(
     let frames = OffsetFrames::draw(data_set, config, &mut |done, all| {
         progress(Progress::Reading(done, all));
     })?;
-    let folder = checkpoint.join("autoencoder");
+    let keep = |network: &str| {
+        let checkpoint = Checkpoint::new(&checkpoint.join(network))?;
+        Ok::<_, TrainError>(checkpoint.for_data(data_set.fingerprint()))
+    };
+    let state = keep("autoencoder")?;
     let tell = &mut |epoch: &StageEpoch| progress(Progress::Epoch(epoch));
-    let autoencoder = train_autoencoder(&frames, config, input.compute, (&folder, resume), tell)?;
+    let autoencoder = train_autoencoder(&frames, config, input.compute, (&state, resume), tell)?;
     drop(frames);
     let compressor = &autoencoder.model;
 
@@ -84,13 +89,13 @@ pub fn train_dsnet(
         ShapeInput::EveryStep => ("predictor-every-step", KIND.count()),
         ShapeInput::FirstState => ("predictor-first-state", KIND.motion_count()),
     };
-    let folder = checkpoint.join(name);
+    let state = keep(name)?;
     let tell = &mut |epoch: &StageEpoch| progress(Progress::Epoch(epoch));
     let predictor = train_predictor(
         (&encoded.data, inputs),
         config,
         input.compute,
-        (&folder, resume),
+        (&state, resume),
         tell,
     )?;
     let seconds = autoencoder.seconds + predictor.seconds;

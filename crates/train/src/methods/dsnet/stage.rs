@@ -1,7 +1,5 @@
 //! What training the autoencoder and training the predictor have in common.
 
-use std::path::Path;
-
 use burn::module::Module;
 use burn::optim::{AdamConfig, ModuleOptimizer};
 use serde::{Deserialize, Serialize};
@@ -32,13 +30,15 @@ pub struct StageEpoch {
     pub record: EpochRecord,
 }
 
-/// Folder, settings and length of a stage.
+/// State, settings and length of a stage.
 pub(super) struct Run<'a> {
     pub stage: Stage,
-    pub folder: &'a Path,
+    /// Where the state is kept.
+    pub checkpoint: &'a Checkpoint,
     /// What must be the same for a run to be resumed.
     pub settings: Value,
     pub epochs: usize,
+    pub patience_epochs: usize,
     pub learning_rate: f64,
     pub resume: bool,
 }
@@ -65,13 +65,14 @@ impl Run<'_> {
         validate: impl Fn(&M) -> Validation,
         progress: &mut dyn FnMut(&StageEpoch),
     ) -> Result<Trained<M>, TrainError> {
-        let checkpoint = Checkpoint::new(self.folder)?;
+        let checkpoint = self.checkpoint;
         // An untrained copy to load the best weights into.
         let fresh = model.valid();
         let run = EpochRun {
-            checkpoint: &checkpoint,
+            checkpoint,
             config: &self.settings,
             epochs: self.epochs,
+            patience_epochs: self.patience_epochs,
             resume: self.resume && checkpoint.holds_run(),
         };
         let optimizer = AdamConfig::new().with_epsilon(1e-8).init();

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::epochs::PATIENCE_EPOCHS;
 use crate::settings::within;
 
 /// Settings of a training run.
@@ -12,6 +13,8 @@ pub struct TrainConfig {
     pub seed: u64,
     /// Passes over the training set.
     pub epochs: usize,
+    /// Training ends once so many epochs in a row were no better than one before; 0: never.
+    pub patience_epochs: usize,
     /// Width of the encoding, and of the LSTM's input.
     pub encoding: usize,
     /// Damped springs.
@@ -45,6 +48,7 @@ impl Default for TrainConfig {
         Self {
             seed: 1,
             epochs: 40,
+            patience_epochs: PATIENCE_EPOCHS,
             encoding: 128,
             springs: 160,
             hidden: 112,

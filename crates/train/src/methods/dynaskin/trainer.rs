@@ -96,6 +96,7 @@ pub fn train(
         checkpoint,
         config,
         epochs: config.epochs,
+        patience_epochs: config.patience_epochs,
         resume,
     };
     let best = run.run(
