@@ -132,9 +132,5 @@ fn write_limits(card: &mut String, facts: &TrainingFacts, report: &Report) {
             errors.static_mm
         );
     }
-    let _ = write!(
-        card,
-        "- Trained in {:.0} minutes on a CPU.\n\n",
-        facts.minutes
-    );
+    let _ = write!(card, "- Trained in {:.0} minutes.\n\n", facts.minutes);
 }

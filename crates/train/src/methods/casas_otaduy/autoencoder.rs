@@ -105,6 +105,13 @@ mod tests {
     }
 
     #[test]
+    fn the_published_network_has_the_published_number_of_parameters() {
+        let deviations = vec![1.0; 3 * 6890];
+        let network = Autoencoder::new(AutoencoderWidths::PUBLISHED, &deviations, &Device::flex());
+        assert_eq!(network.num_params(), 284_678_770);
+    }
+
+    #[test]
     fn it_starts_near_the_first_principal_components() {
         let widths = AutoencoderWidths {
             outer: 40,
