@@ -13,3 +13,8 @@ test("three.js with WebGPURenderer on WebGPU", async ({ page }) => {
 
 test("Babylon.js with WebGPUEngine", ({ page }) =>
   expectTissue(page, "babylon/?engine=webgpu", "babylon-webgpu"));
+
+test("dynaskin's own renderer on WebGPU", async ({ page }) => {
+  await expectTissue(page, "renderer/", "renderer-webgpu");
+  await expect(page.locator("#note")).toContainText("dynaskin/renderer with webgpu");
+});

@@ -10,7 +10,9 @@ export default defineConfig({
     target: "es2022",
     chunkSizeWarningLimit: 4000,
     rolldownOptions: {
-      input: ["", "three/", "babylon/", "webgl2/", "react/"].map((folder) => `${folder}index.html`),
+      input: ["", "three/", "babylon/", "renderer/", "webgl2/", "react/"].map(
+        (folder) => `${folder}index.html`,
+      ),
     },
   },
 });

@@ -199,6 +199,11 @@ export class Renderer {
     return this.#raw;
   }
 
+  /** @internal */
+  get isDisposed(): boolean {
+    return this.#isDisposed;
+  }
+
   /**
    * Resolves when the graphics card is lost: with the reason (call {@link recover} then), or with
    * null after {@link dispose}. After a recovery it is a new promise.
@@ -386,12 +391,16 @@ export class BodyHandle {
 
   /** Calls the renderer, unless the graphics card is lost. */
   #call(call: (raw: glue.Renderer, id: number) => void): void {
-    if (this.#isRemoved) {
-      throw new DynaSkinError("disposed", "This body was used after remove().");
-    }
+    this.#checkPresent();
     const { raw } = this.#renderer;
     const id = this.#id;
     if (raw && id !== null) guard(() => call(raw, id));
+  }
+
+  #checkPresent(): void {
+    if (this.#isRemoved) {
+      throw new DynaSkinError("disposed", "This body was used after remove().");
+    }
   }
 
   /** Takes over an avatar's present surface and pose, or another of the same body. */
@@ -422,6 +431,7 @@ export class BodyHandle {
    * @throws DynaSkinError `lost` while the graphics card is lost
    */
   async readSkinnedPositions(): Promise<Float32Array> {
+    this.#checkPresent();
     const { raw } = this.#renderer;
     if (!raw || this.#id === null) {
       throw new DynaSkinError("lost", "The graphics card is lost; call recover() first.");
@@ -433,10 +443,10 @@ export class BodyHandle {
     }
   }
 
-  /** Takes it off the picture and frees its buffers. May be called again. */
+  /** Takes it off the picture and frees its buffers. May be called again, and after the renderer's end. */
   remove(): void {
     if (this.#isRemoved) return;
-    this.#call((raw, id) => raw.remove_body(id));
+    if (!this.#renderer.isDisposed) this.#call((raw, id) => raw.remove_body(id));
     this.#isRemoved = true;
     this.#forget(this);
   }

@@ -8,6 +8,8 @@ export interface ExampleHook {
    * the end.
    */
   showMoment(seconds: number): void;
+  /** Stops and frees everything, as an application does that closes its view. */
+  dispose?(): void;
 }
 
 declare global {
