@@ -85,7 +85,7 @@ test("every control does what it says", async ({ page }) => {
     await expect.poll(() => timeSeconds(page)).toBeGreaterThan(stopped + 1 / 60);
     await page.getByRole("button", { name: "Pause" }).click();
     await page.getByLabel("Time in the motion").fill("3");
-    expect(await timeSeconds(page)).toBeCloseTo(3, 0);
+    await expect.poll(() => timeSeconds(page)).toBeCloseTo(3, 0);
     await page.getByLabel("Time in the motion").blur();
     await page.keyboard.press(" ");
     await expect(page.getByRole("button", { name: "Pause" })).toBeVisible();

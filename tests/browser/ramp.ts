@@ -1,6 +1,6 @@
 // Colours of the heat map, found again in a picture of the page.
 import type { Page } from "@playwright/test";
-import { type Picture, within } from "./support.js";
+import { type Picture, STAGE, within } from "./support.js";
 
 type Colour = [red: number, green: number, blue: number];
 
@@ -26,7 +26,12 @@ export async function legendColours(page: Page): Promise<Colour[]> {
  * 1, or null for a colour that is not on it. Light makes the ramp's colours up to 45 % darker and
  * adds a white highlight; hue and saturation beyond that have to agree.
  */
-export function rampPlaces(image: Picture, other: Picture, ramp: Colour[]): (number | null)[] {
+export function rampPlaces(
+  image: Picture,
+  other: Picture,
+  ramp: Colour[],
+  part = STAGE,
+): (number | null)[] {
   const steps = 4;
   const colours = Array.from({ length: (ramp.length - 1) * steps + 1 }, (_, idx) => {
     const low = ramp[Math.floor(idx / steps)] as Colour;
@@ -35,7 +40,7 @@ export function rampPlaces(image: Picture, other: Picture, ramp: Colour[]): (num
     return low.map((value, part) => value + ((high[part] ?? 0) - value) * share) as Colour;
   });
   const places: (number | null)[] = [];
-  for (const at of within(image)) {
+  for (const at of within(image, part)) {
     const [seen, there] = [image, other].map(({ data }) => [...data.subarray(at, at + 3)]);
     if (!seen || !there || seen.every((value, part) => Math.abs(value - (there[part] ?? 0)) < 25)) {
       continue;

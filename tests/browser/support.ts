@@ -8,8 +8,11 @@ import { PICTURES } from "./places.js";
  * query says otherwise. Gives the list to which the messages of uncaught errors are added from then on.
  */
 export async function openDemo(page: Page, query = ""): Promise<string[]> {
-  // The software renderer of a test machine is slow: pictures would lose their pixels.
-  const settings = new URLSearchParams({ view: "one", motion: "hop", resolution: "full" });
+  const settings = new URLSearchParams({
+    ...{ view: "one", motion: "hop", caption: "0" },
+    // The software renderer of a test machine is slow: pictures would lose their pixels.
+    resolution: "full",
+  });
   for (const [name, value] of new URLSearchParams(query)) settings.set(name, value);
   return openAddress(page, `/?${settings}`);
 }
@@ -32,23 +35,28 @@ export async function openAddress(page: Page, address: string): Promise<string[]
 }
 
 /** Drops a file on the page as a person would. */
-export async function dropFile(
+export function dropFile(page: Page, name: string, content: string | Uint8Array): Promise<void> {
+  return dropFiles(page, [[name, content]]);
+}
+
+/** Drops files on the page together. */
+export async function dropFiles(
   page: Page,
-  name: string,
-  content: string | Uint8Array,
+  files: readonly (readonly [name: string, content: string | Uint8Array])[],
 ): Promise<void> {
-  const bytes = typeof content === "string" ? new TextEncoder().encode(content) : content;
   await page.evaluate(
-    ([fileName, base64]) => {
+    (dropped) => {
       const dataTransfer = new DataTransfer();
-      const file = Uint8Array.from(atob(base64), (char) => char.charCodeAt(0));
-      dataTransfer.items.add(new File([file], fileName));
+      for (const [fileName, base64] of dropped) {
+        const file = Uint8Array.from(atob(base64), (char) => char.charCodeAt(0));
+        dataTransfer.items.add(new File([file], fileName));
+      }
       for (const type of ["dragenter", "dragover", "drop"]) {
         const event = new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true });
         document.body.dispatchEvent(event);
       }
     },
-    [name, Buffer.from(bytes).toString("base64")] as const,
+    files.map(([name, content]) => [name, Buffer.from(content).toString("base64")] as const),
   );
 }
 

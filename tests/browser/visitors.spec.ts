@@ -24,8 +24,15 @@ test("the benchmark lists every method that there is, with time, size and error"
     const cells = await row.locator("th, td").allTextContents();
     expect(Number(cells[1])).toBeGreaterThan(0);
     expect(cells[2]).toMatch(/^(none|\d+ KB)$/);
-    expect(cells[3]).toMatch(/^(\d+\.\d\d mm|not measured)$/);
+    expect(cells[3]).toMatch(/^(none|[\d,]+)$/);
+    expect(cells[4]).toMatch(/^(none|[\d,]+)$/);
+    expect(cells[5]).toMatch(/^(\d+\.\d\d mm|not measured)$/);
   }
+  await expect(dialog.getByRole("row", { name: /^Spring bones/ })).toContainText("18");
+  for (const name of ["DSNet (narrow)", "Casas & Otaduy (narrow)"]) {
+    await expect(dialog.getByRole("rowheader", { name, exact: true })).toBeVisible();
+  }
+  await expect(dialog).toContainText("no measure of what the published method can do");
   const text = await readFile(join(ROOT, "models", "female", "bundle.json"), "utf8");
   const { sets } = JSON.parse(text).measured;
   const unseen = sets.filter(({ set }: { set: string }) => set !== "unseen-shape");
@@ -40,7 +47,9 @@ test("the benchmark lists every method that there is, with time, size and error"
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
   await dialog.getByRole("button", { name: "Copy as text" }).click();
   const copied = await page.evaluate(() => navigator.clipboard.readText());
-  expect(copied.split("\n")[0]).toMatch(/^Method +ms a frame +Networks +Held-out error/);
+  expect(copied.split("\n")[0]).toMatch(
+    /^Method +ms a frame +Files +Parameters +Frames learned from +Held-out error +Error over plain/,
+  );
   expect(copied).toContain("Spring bones");
   await expect(dialog).toBeHidden();
 });
@@ -62,6 +71,7 @@ test("strength, regions and the moment are in the link", async ({ page }) => {
   await page.getByText("Regions", { exact: true }).click();
   await page.getByLabel("Belly").fill("0.5");
   await page.getByLabel("Time in the motion").fill("2.5");
+  await expect(page).toHaveURL(/time=2\.5/);
   const address = new URL(page.url());
   expect(address.searchParams.get("strength")).toBe("1.5");
   expect(address.searchParams.get("gains")).toBe("belly:0.5");
@@ -78,7 +88,7 @@ test("strength, regions and the moment are in the link", async ({ page }) => {
   await expect(page.getByLabel("Strength")).toHaveValue("1.5");
   const wrong = "/?view=one&motion=hop&strength=9&gains=belly:-3,nose:2,thighs&time=x";
   await openAddress(page, wrong);
-  expect((await seen()).slice(1, 3)).toEqual([2, 0]);
+  expect((await seen()).slice(1, 3)).toEqual([4, 0]);
 });
 
 test("a visitor who asked for less motion sees a landing that stands still, and why", async ({
@@ -125,7 +135,7 @@ test("the first view shows linear skinning beside dynaskin in a jump, by name", 
 }) => {
   const problems = await openAddress(page, "/");
   await expect(page.locator("#now-playing")).toHaveText("Jump · female body");
-  await expect(page.locator("#names .name")).toHaveText(["Linear skinning", "dynaskin"]);
+  await expect(page.locator("#names .name span")).toHaveText(["Linear skinning", "dynaskin"]);
   await page.evaluate(() => window.dynaskinDemo?.seek(1.85));
   const largestMm = (side: "avatar" | "leftAvatar") =>
     page.evaluate((name) => {
@@ -144,7 +154,7 @@ test("the first view shows linear skinning beside dynaskin in a jump, by name", 
 test("up to four actors stand beside each other, two on a phone", async ({ page }) => {
   const row = "left=linear&right=dynaskin&third=spring-bones&fourth=truth";
   await openAddress(page, `/?paused=1&clip=one-leg-hop&plots=1&time=2&${row}`);
-  const names = page.locator("#names .name");
+  const names = page.locator("#names .name span");
   await expect(names).toHaveText(["Linear skinning", "dynaskin", "Spring bones", "Ground truth"]);
   // The row stands between the plots on the left and the controls on the right, each below its name.
   await expect(page.locator("#loading")).toHaveClass(/done/);

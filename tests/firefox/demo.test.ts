@@ -116,6 +116,16 @@ describe("the demo in Firefox", () => {
     expect(await page.evaluate(() => window.dynaskinDemo?.avatar?.shape[1])).toBeGreaterThan(1);
     await page.keyboard.press("d");
     expect(await page.evaluate(() => window.dynaskinDemo?.avatar?.strength)).toBe(0);
+    await page.waitForFunction(() =>
+      document.getElementById("names")?.textContent?.includes("off: plain skinning"),
+    );
+    // A radio that was clicked keeps the shortcuts.
+    await page.$eval("input[name=clothes][value=unsupported]", (input) => {
+      (input as HTMLInputElement).click();
+      (input as HTMLInputElement).focus();
+    });
+    await page.keyboard.press("d");
+    expect(await page.evaluate(() => window.dynaskinDemo?.avatar?.strength)).toBe(1);
     expect(problems).toEqual([]);
   });
 

@@ -1,4 +1,4 @@
-import { existsSync, readdirSync, readFileSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync, statSync } from "node:fs";
 import { join } from "node:path";
 import { defineConfig, type Plugin } from "vite";
 
@@ -9,6 +9,8 @@ const ISOLATION = {
 };
 
 const MODELS = join(import.meta.dirname, "..", "..", "models");
+const CLIPS = join(import.meta.dirname, "clips");
+const WASM = join(import.meta.dirname, "..", "sdk", "dist", "wasm");
 
 const namesIn = (folder: string) => (existsSync(folder) ? readdirSync(folder).toSorted() : []);
 
@@ -26,6 +28,27 @@ function readTraits(): Record<string, unknown> {
   const read = (body: string) =>
     JSON.parse(readFileSync(join(MODELS, body, "traits.json"), "utf8")) as unknown;
   return Object.fromEntries(["female", "male"].map((body) => [body, read(body)]));
+}
+
+/**
+ * Bytes of the files that the page downloads after itself: `core`, `renderer`, models by their path under
+ * `models`, clips below `clips/`. Where a server packs, a bar can know its end only from these.
+ */
+function measureFiles(): Record<string, number> {
+  const filesIn = (folder: string, pattern: RegExp) =>
+    existsSync(folder)
+      ? readdirSync(folder, { recursive: true, encoding: "utf8" })
+          .map((name) => name.replaceAll("\\", "/"))
+          .filter((name) => pattern.test(name))
+          .map((name): [string, string] => [name, join(folder, name)])
+      : [];
+  const files = [
+    ["core", join(WASM, "core_bg.wasm")],
+    ["renderer", join(WASM, "renderer_bg.wasm")],
+    ...filesIn(MODELS, /(\.onnx|body\.glb|bundle\.json)$/),
+    ...filesIn(CLIPS, /\.safetensors$/).map(([name, path]) => [`clips/${name}`, path] as const),
+  ] as const;
+  return Object.fromEntries(files.map(([name, path]) => [name, statSync(path).size]));
 }
 
 /** A module whose default export is made when the page is built. */
@@ -46,6 +69,7 @@ export default defineConfig({
   plugins: [
     virtualModule("virtual:methods", findMethods),
     virtualModule("virtual:traits", readTraits),
+    virtualModule("virtual:sizes", measureFiles),
   ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },

@@ -1,14 +1,22 @@
 import type { Bundle } from "dynaskin";
-import { type ActorKind, actorLabel } from "./actors.js";
+import { type ActorKind, actorLabel, isNarrow } from "./actors.js";
 import { byId, create } from "./dom.js";
 import { heldOut, worstRegion } from "./measured.js";
 
 /** What a bundle says about its training. */
-interface Training {
+export interface Training {
   networks?: string;
   data?: string;
+  /** Frames that it learned from. */
   frames?: number;
+  /** Numbers that were learned. */
+  parameters?: number;
   simulator?: { method?: number };
+}
+
+/** Reads what a bundle says about its training. */
+export function trainingOf(bundle: Bundle): Training {
+  return bundle.training;
 }
 
 /** An actor on the screen, and what its networks come from; null for those without any. */
@@ -38,13 +46,19 @@ function sentencesFor(kind: ActorKind, bundle: Bundle | null, clipMethod: string
     ];
   }
   if (!bundle) return ["Its networks are being loaded."];
-  const training = bundle.training as Training;
+  const training = trainingOf(bundle);
   const sentences = [
     training.networks ??
       "A recurrent network predicts where the skin is, sixty times a second, in this page.",
     `It learned from ${training.frames?.toLocaleString("en") ?? "many"} frames of simulated tissue on a ` +
       "CC0 body moved by CMU motion capture and by formula, not from measurements of people.",
   ];
+  if (isNarrow(kind)) {
+    sentences.push(
+      "Narrow: it has fewer weights here than its authors gave it, so it is no measure of what the " +
+        "published one can do.",
+    );
+  }
   const unseen = heldOut(bundle);
   if (unseen) {
     const percent = Math.round((100 * unseen.errorMm) / unseen.staticMm);

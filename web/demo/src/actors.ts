@@ -11,14 +11,15 @@ export type ActorKind = string;
 export const SLOTS = ["left", "right", "third", "fourth"] as const;
 export type Slot = (typeof SLOTS)[number];
 
+/** Narrow: with fewer weights than published, which would take another machine to train. */
 const LABELS: Readonly<Record<ActorKind, string>> = {
   linear: "Linear skinning",
   "spring-bones": "Spring bones",
   dmpl: "Dyna / DMPL",
-  "casas-otaduy": "Casas & Otaduy",
-  "casas-otaduy-unweighted": "Casas & Otaduy, unweighted",
-  dsnet: "DSNet",
-  "dsnet-rbf": "DSNet, RBF start",
+  "casas-otaduy": "Casas & Otaduy (narrow)",
+  "casas-otaduy-unweighted": "Casas & Otaduy, unweighted (narrow)",
+  dsnet: "DSNet (narrow)",
+  "dsnet-rbf": "DSNet, RBF start (narrow)",
   dynaskin: "dynaskin",
   truth: "Ground truth",
 };
@@ -27,6 +28,17 @@ const LABELS: Readonly<Record<ActorKind, string>> = {
 export function actorLabel(kind: ActorKind): string {
   const words = kind.replaceAll("-", " ");
   return LABELS[kind] ?? words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+/** The name of an actor, which says where what usually moves its skin is switched off. */
+export function nameOf(kind: ActorKind, isMoved: boolean): string {
+  const plain = !isMoved && kind !== "linear" && kind !== "truth";
+  return plain ? `${actorLabel(kind)}, off: plain skinning` : actorLabel(kind);
+}
+
+/** Whether a method was trained here with fewer weights than its paper has. */
+export function isNarrow(kind: ActorKind): boolean {
+  return kind.startsWith("dsnet") || kind.startsWith("casas-otaduy");
 }
 
 /** Whether an actor needs networks of its own, and so a download. */

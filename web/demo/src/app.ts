@@ -1,19 +1,22 @@
 import { type Avatar, Motion } from "dynaskin";
 import { describeActors } from "./about.js";
-import { actorLabel } from "./actors.js";
+import { actorLabel, nameOf } from "./actors.js";
 import { Address } from "./address.js";
 import { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
+import { describeDifference } from "./caption.js";
 import { Capture } from "./capture.js";
 import type { Cast } from "./cast.js";
+import { copyText } from "./clipboard.js";
 import { codeFor } from "./code.js";
 import { Comparison } from "./comparison.js";
 import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
 import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
+import { jointNames } from "./joint-names.js";
 import { drawLegend, HEAT_SCALES } from "./legend.js";
-import { addTruth, removeTruth, resetActors, type Shown, shownActors } from "./lineup.js";
+import { addTruth, replaceMissing, type Shown, shownActors } from "./lineup.js";
 import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
 import { Names } from "./names.js";
@@ -25,14 +28,23 @@ import { showFileProblem, showFileReport } from "./report.js";
 import { DEFAULTS, type Settings } from "./settings.js";
 import { Stage } from "./stage.js";
 import { regionLabel } from "./tissue-panel.js";
-import { showError, showNote } from "./toast.js";
+import { showError } from "./toast.js";
+import { clipNamesOf } from "./truth.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
 
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
 
-/** The page: one or two actors, what they play, and the controls. */
+/** What a body takes of the picture, in CSS pixels from its top left corner. */
+export interface Extent {
+  left: number;
+  right: number;
+  top: number;
+  bottom: number;
+}
+
+/** The page: the actors, what they play, and the controls. */
 export class App {
   readonly settings: Settings;
   readonly hud = new Hud();
@@ -54,6 +66,10 @@ export class App {
   #playback: Playback | null = null;
   /** Whether the motion is to be made anew before the next picture. */
   #motionIsStale = false;
+  /** The moment to jump to before the next picture; null: none. */
+  #seekSeconds: number | null = null;
+  /** Whose key or name is held down. */
+  #held: Shown["slot"] | null = null;
   #lastFrame: number | null = null;
   #failed = false;
   readonly #address: Address;
@@ -73,8 +89,6 @@ export class App {
       shown: () => this.#cast,
       show: (cast) => this.#show(cast),
       restored: () => this.#changed(() => this.#showSettings()),
-      downloaded: (megabytes) =>
-        this.hud.setFact("downloaded", `${Math.round(megabytes * 1000).toLocaleString("en")} KB`),
     });
     if (settings.camera) view.camera.place = settings.camera;
     this.hud.setFact("graphics", view.renderer.backend);
@@ -88,6 +102,7 @@ export class App {
         this.#changed(() => {
           settings.split = split;
         }),
+      hold: (side) => this.#hold(side),
     });
     this.#panel = new Panel(settings, {
       setSex: () => this.#setSex(),
@@ -96,19 +111,24 @@ export class App {
       setMotionOptions: () => this.#changed(() => this.#remakeMotion()),
       setDynamics: () => this.#changed(() => this.#retune()),
       setHeat: () => this.#changed(() => this.#showHeat()),
-      setHud: () => this.#changed(() => {}),
+      setHud: () => this.#changed(() => this.#describe()),
       setSpeed: () => this.#changed(() => this.#applySpeed()),
       setPaused: () => this.#changed(() => this.#applySpeed()),
       setTuning: () => this.#changed(() => this.#retune()),
-      stepFrame: () => this.#changed(() => this.#play((playback) => playback.step())),
-      seek: (timeSeconds) =>
-        this.#changed(() => this.#play((playback) => playback.seek(timeSeconds))),
+      stepFrame: () => {
+        this.applyChanges();
+        this.#changed(() => this.#play((playback) => playback.step()));
+      },
+      seek: (timeSeconds) => {
+        this.#seekSeconds = timeSeconds;
+        this.#stale = true;
+      },
       resetView: () => view.camera.reset(),
-      copyHud: () => this.#copyHud(),
-      hold: (side) => this.#wipe.hold(side),
+      copyHud: () => void copyText(this.hud.text, "The timings are on the clipboard as text."),
+      hold: (side) => this.#hold(side),
       nextLayout: () => this.#comparison.nextLayout(),
       focusBody: () => {
-        this.#showHandles();
+        this.#showHandles(0);
         this.#handles.focus();
       },
     });
@@ -119,7 +139,17 @@ export class App {
       setPlots: () => this.#changed(() => this.#showPlots()),
     });
     this.#handles = new Handles(view, () => this.#wake());
-    this.#names = new Names(view);
+    // An actor that is alone is held to see it without its tissue.
+    this.#names = new Names(view, (slot) =>
+      this.#hold(slot && settings.layout === "one" ? "left" : slot),
+    );
+    addEventListener("blur", () => this.#hold(null));
+    byId("caption-close").addEventListener("click", () =>
+      this.#changed(() => {
+        settings.caption = false;
+        this.#describe();
+      }),
+    );
     narrowScreen.addEventListener("change", () => {
       this.#comparison.show();
       void this.#loader.recast();
@@ -161,6 +191,25 @@ export class App {
     return this.#cast;
   }
 
+  /** Where the bodies are in the picture, as they were last stepped. */
+  get bodiesPx(): Extent[] {
+    const avatars = this.#playback?.avatars ?? [];
+    const places = this.stage.placesM(avatars.length);
+    return avatars.map((avatar, idx) => {
+      const { positions } = avatar.skinned();
+      const [asideM, aheadM] = places[idx] ?? [0, 0];
+      const [xs, ys]: [number[], number[]] = [[], []];
+      for (let at = 0; at < positions.length; at += 3) {
+        const [x = 0, y = 0, z = 0] = positions.subarray(at, at + 3);
+        const { xPx, yPx } = this.#view.project([x + asideM, y, z + aheadM]);
+        xs.push(xPx);
+        ys.push(yPx);
+      }
+      const [left, right] = [Math.min(...xs), Math.max(...xs)];
+      return { left, right, top: Math.min(...ys), bottom: Math.max(...ys) };
+    });
+  }
+
   /** Loads the model of the settings; see {@link Loader.openModel}. */
   openModel(): Promise<void> {
     return this.#loader.openModel();
@@ -191,7 +240,7 @@ export class App {
       this.#leaveClip();
       this.#announce();
     } catch (error) {
-      showFileProblem(file.name, error);
+      showFileProblem(file.name, error, await jointNames(file));
       showError(`${file.name} cannot be played`, error);
     }
   }
@@ -201,28 +250,31 @@ export class App {
     const { settings } = this;
     if (settings.clip === null && !this.#program.truth) return;
     settings.clip = null;
-    removeTruth(settings);
+    replaceMissing(settings);
     settings.heatOf = DEFAULTS.heatOf;
     this.#comparison.show();
     this.#changed(() => void this.#loader.recast());
   }
 
-  /** Makes the motion anew if a control asked for that; sliders ask more often than pictures. */
+  /** Makes the motion anew and jumps, if controls asked for that: sliders ask more often than pictures. */
   applyChanges(): void {
-    if (!this.#motionIsStale) return;
-    this.#motionIsStale = false;
-    try {
-      const playback = this.#playback;
-      playback?.setAvatars(playback.avatars, this.#program.makeMotion(playback.avatar));
-    } catch (error) {
-      showError("That did not work", error);
+    const seconds = this.#seekSeconds;
+    this.#seekSeconds = null;
+    if (this.#motionIsStale) {
+      this.#motionIsStale = false;
+      this.#changed(() => {
+        const playback = this.#playback;
+        playback?.setAvatars(playback.avatars, this.#program.makeMotion(playback.avatar));
+      });
     }
+    if (seconds !== null) this.#changed(() => this.#play((playback) => playback.seek(seconds)));
   }
 
   /** Shows the settings' actors of a cast; the present ones stay if the motion does not suit them. */
   #show(cast: Cast): void {
     this.#stale = true;
-    const { layout, left, right } = this.settings;
+    this.#hold(null);
+    const { layout } = this.settings;
     const before = this.#playback?.avatars ?? [];
     const all = shownActors(this.settings);
     // A divider needs a second canvas, which is made along with the networks.
@@ -242,14 +294,14 @@ export class App {
     }
     this.#motionIsStale = false;
     this.#shown = shown;
-    this.#view.setBodies(cast.body, layout === "side" ? shown.length : 1);
+    this.#view.setBodies(cast.body, this.#bodyCount);
     for (const avatar of before) avatar.dispose();
     if (cast !== this.#cast) this.#cast?.dispose();
     this.#cast = cast;
-    this.#loader.remember();
-    this.#wipe.setNames(actorLabel(left), actorLabel(right));
+    this.#loader.remember(cast.sex);
     this.#wipe.setOn(layout === "wipe" && shown.length === 2);
-    this.#names.set(layout === "side" ? shown : []);
+    this.#names.set(layout === "wipe" ? [] : shown);
+    this.#showNames();
     const vertices = cast.body.vertexCount.toLocaleString("en");
     this.hud.setFact("vertices", shown.length > 1 ? `${shown.length} × ${vertices}` : vertices);
     this.#applySpeed();
@@ -294,16 +346,19 @@ export class App {
       this.#playback.setMotion(this.#program.makeMotion(this.#playback.avatar));
       this.#panel.showPlaying(this.#program.file?.name ?? null);
       this.#announce();
-      showFileProblem(refused?.name ?? "", error);
+      showFileProblem(refused?.name ?? "", error, []);
       showError(`${refused?.name} cannot be played to its end`, error);
     }
   }
 
   #setSex(): void {
     const { settings } = this;
-    settings.clip = null;
-    resetActors(settings);
+    if (settings.clip !== null && !clipNamesOf(settings.sex).includes(settings.clip)) {
+      settings.clip = null;
+    }
+    replaceMissing(settings);
     this.#comparison.show();
+    this.#panel.showPlaying(this.#program.file?.name ?? null);
     this.#changed(() => void this.#loader.openModel());
   }
 
@@ -343,6 +398,43 @@ export class App {
     this.#stale = true;
     for (const avatar of this.#playback?.avatars ?? []) this.stage.tune(avatar);
     if (this.#playback?.paused) this.#play((playback) => playback.refresh());
+    this.#showNames();
+  }
+
+  /** Whether anything moves the skin of the actors that is not part of their motion. */
+  get #isMoved(): boolean {
+    return this.settings.dynamics && this.settings.strength > 0 && !this.stage.plain;
+  }
+
+  #showNames(): void {
+    const { left, right } = this.settings;
+    this.#names.label(this.#isMoved);
+    this.#wipe.setNames(nameOf(left, this.#isMoved), nameOf(right, this.#isMoved));
+  }
+
+  /**
+   * While something is held: under a divider and in a row, shows that actor alone; where there is only
+   * one, the left one is its skin without tissue. Null: all as the settings say.
+   */
+  #hold(slot: Shown["slot"] | null): void {
+    if (slot === this.#held) return;
+    this.#held = slot;
+    this.#stale = true;
+    const { layout } = this.settings;
+    this.#wipe.hold(slot === "left" || slot === "right" ? slot : null);
+    const idx = this.#shown.findIndex((actor) => actor.slot === slot);
+    this.stage.alone = layout === "side" && this.#shown.length > 1 && idx >= 0 ? idx : null;
+    this.#names.setHeld(slot, this.stage.alone !== null);
+    if (this.#cast) this.#view.setBodies(this.#cast.body, this.#bodyCount);
+    const plain = layout === "one" && slot === "left";
+    if (plain === this.stage.plain) return;
+    this.stage.plain = plain;
+    this.#retune();
+  }
+
+  /** How many bodies the picture has side by side. */
+  get #bodyCount(): number {
+    return this.settings.layout === "side" && this.stage.alone === null ? this.#shown.length : 1;
   }
 
   #showHeat(): void {
@@ -370,6 +462,7 @@ export class App {
       truth?.simulatorMethod ?? null,
     );
     this.stage.traces.describe(regionLabel(this.settings.region), shown, truth !== null);
+    describeDifference(this.settings, shown, this.#cast?.bundleOf("dynaskin") ?? null);
   }
 
   #applySpeed(): void {
@@ -405,12 +498,14 @@ export class App {
   }
 
   #announce(): void {
-    byId("now-playing").textContent = `${this.#program.label} · ${this.#cast?.sex} body`;
-  }
-
-  async #copyHud(): Promise<void> {
-    await navigator.clipboard.writeText(this.hud.text);
-    showNote("Copied", "The timings are on the clipboard as text.");
+    const playing = `${this.#program.label} · ${this.#cast?.sex} body`;
+    byId("now-playing").textContent = playing;
+    const actors = this.#shown.map(({ kind }) => actorLabel(kind)).join(", ");
+    byId("view").setAttribute(
+      "aria-label",
+      `${playing}, moved by: ${actors}. Drag or use the arrow keys to orbit, scroll, pinch or press plus ` +
+        "and minus to zoom, double-click to reset the view.",
+    );
   }
 
   #frame(now: number): void {
@@ -433,7 +528,7 @@ export class App {
   }
 
   /** Puts what hangs on the bodies where they are in the picture. */
-  #showHandles(): void {
+  #showHandles(elapsedSeconds: number): void {
     const motion = this.#playback?.motion;
     const places = this.stage.placesM(this.#shown.length);
     const main = Math.max(
@@ -442,13 +537,14 @@ export class App {
     );
     this.#handles.attach(motion instanceof ByHand ? motion : null);
     this.#handles.show(places[main] ?? [0, 0]);
-    this.#names.show(places);
+    const crownsM = this.stage.crownsM(this.#playback?.avatars ?? []);
+    this.#names.show(crownsM, places, elapsedSeconds);
   }
 
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
-    this.#stale = false;
     this.applyChanges();
+    this.#stale = false;
     const playback = this.#playback;
     if (playback) {
       this.#play(() => playback.frame(elapsedSeconds));
@@ -464,7 +560,7 @@ export class App {
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }
     this.hud.timed("render", () => this.#view.draw());
-    this.#showHandles();
+    this.#showHandles(elapsedSeconds);
     this.#capture.afterDraw();
   }
 }

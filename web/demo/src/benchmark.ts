@@ -1,4 +1,5 @@
 import { type Avatar, Motion, POSE_LENGTH, SHAPE_LENGTH } from "dynaskin";
+import { trainingOf } from "./about.js";
 import { type ActorKind, actorLabel, isMethod, methodsOf } from "./actors.js";
 import type { Cast } from "./cast.js";
 import { heldOut } from "./measured.js";
@@ -18,6 +19,10 @@ export interface BenchmarkRow {
   frameMs: number;
   /** Kilobytes of its networks as they are stored; null where the browser does not tell. */
   networksKb: number | null;
+  /** Numbers that were learned; null where the bundle does not tell. */
+  parameters: number | null;
+  /** Frames that it learned from; null where the bundle does not tell. */
+  frames: number | null;
   /** Mean error in the soft regions on held-out motions, in millimetres; null: not measured. */
   errorMm: number | null;
   /** The same over that of plain skinning; null: not measured. */
@@ -96,7 +101,8 @@ function describe(cast: Cast, kind: ActorKind): Omit<BenchmarkRow, "frameMs"> {
     // Plain skinning is what all bundles of a body are compared with.
     const own = cast.bundleOf("dynaskin");
     const staticMm = own ? (heldOut(own)?.staticMm ?? null) : null;
-    return { ...row, networksKb: 0, errorMm: staticMm, errorShare: staticMm === null ? null : 1 };
+    const errorShare = staticMm === null ? null : 1;
+    return { ...row, networksKb: 0, parameters: 0, frames: 0, errorMm: staticMm, errorShare };
   }
   const folder = isMethod(kind) ? `${cast.sex}/methods/${kind}/` : `${cast.sex}/`;
   const sizes = [bundle.predictor.file, bundle.decoder.file].map((file) =>
@@ -107,8 +113,11 @@ function describe(cast: Cast, kind: ActorKind): Omit<BenchmarkRow, "frameMs"> {
     0,
   );
   const unseen = heldOut(bundle);
+  const { parameters = null, frames = null } = trainingOf(bundle);
   return {
     ...row,
+    parameters,
+    frames,
     networksKb: total === null ? null : total / 1000,
     errorMm: unseen?.errorMm ?? null,
     errorShare: unseen ? unseen.errorMm / unseen.staticMm : null,
@@ -122,23 +131,30 @@ function fileBytes(address: URL): number | null {
   return size > 0 ? size : null;
 }
 
+const count = (value: number | null) => {
+  if (value === 0) return "none";
+  return value === null ? "not told" : value.toLocaleString("en");
+};
+
 /** The columns: heading, and the cell of a row. */
 export const BENCHMARK_COLUMNS: readonly [string, (row: BenchmarkRow) => string][] = [
   ["Method", ({ label }) => label],
   ["ms a frame", ({ frameMs }) => frameMs.toFixed(frameMs < 0.1 ? 3 : 2)],
   [
-    "Networks",
+    "Files",
     ({ kind, networksKb }) => {
       if (kind === "linear") return "none";
       return networksKb === null ? "not told" : `${networksKb.toFixed(0)} KB`;
     },
   ],
+  ["Parameters", ({ parameters }) => count(parameters)],
+  ["Frames learned from", ({ frames }) => count(frames)],
   [
     "Held-out error",
     ({ errorMm }) => (errorMm === null ? "not measured" : `${errorMm.toFixed(2)} mm`),
   ],
   [
-    "Over linear",
+    "Error over plain skinning",
     ({ errorShare }) => (errorShare === null ? "–" : `${Math.round(100 * errorShare)} %`),
   ],
 ];

@@ -1,5 +1,5 @@
+import { copyText } from "./clipboard.js";
 import { byId } from "./dom.js";
-import { showNote } from "./toast.js";
 
 /**
  * The overlays: keys, and the settings as code, which `code` gives when it is opened. All dialogs of the
@@ -14,13 +14,11 @@ export function bindDialogs(code: () => string): void {
     program.showModal();
   });
   byId("code-copy").addEventListener("click", async () => {
-    await navigator.clipboard.writeText(byId<HTMLTextAreaElement>("code-text").value);
-    program.close();
-    showNote("Copied", "The program is on the clipboard.");
+    const text = byId<HTMLTextAreaElement>("code-text").value;
+    if (await copyText(text, "The program is on the clipboard.")) program.close();
   });
-  byId("link-copy").addEventListener("click", async () => {
-    await navigator.clipboard.writeText(location.href);
-    showNote("Copied", "The link to this very view is on the clipboard.");
+  byId("link-copy").addEventListener("click", () => {
+    void copyText(location.href, "The link to this very view is on the clipboard.");
   });
   for (const dialog of document.querySelectorAll("dialog")) {
     // A click beside the card lies on the dialog itself.

@@ -1,4 +1,5 @@
 import { byId } from "./dom.js";
+import { showNote } from "./toast.js";
 
 /** Takes files that are dropped anywhere on the page or chosen with the button. */
 export function acceptFiles(open: (file: File) => void): void {
@@ -20,8 +21,14 @@ export function acceptFiles(open: (file: File) => void): void {
     if (!hasFiles(event)) return;
     event.preventDefault();
     setDepth(0);
-    const file = event.dataTransfer?.files[0];
-    if (file) open(file);
+    const [file, ...others] = event.dataTransfer?.files ?? [];
+    if (!file) return;
+    open(file);
+    if (others.length === 0) return;
+    showNote(
+      "One file at a time",
+      `${others.length + 1} were dropped; only the first, ${file.name}, is opened.`,
+    );
   });
   const input = byId<HTMLInputElement>("file");
   byId("open-file").addEventListener("click", () => input.click());

@@ -33,6 +33,8 @@ export class Handles {
   #hand: ByHand | null = null;
   #pointer: PointerHold | null = null;
   readonly #arrows = new Set<string>();
+  /** Whether the visitor has ever taken hold of the body. */
+  #isKnown = false;
   #placeM: Place = [0, 0];
 
   /** `onHold` is called when the visitor takes hold of the body. */
@@ -50,6 +52,7 @@ export class Handles {
     this.#arrows.clear();
     this.#hand = hand;
     byId("grips").hidden = hand === null;
+    byId("hand-tip").hidden = hand === null || this.#isKnown;
     document.body.classList.toggle("by-hand", hand !== null);
   }
 
@@ -125,6 +128,8 @@ export class Handles {
 
   #pull(grip: Grip, rightM: number, upM: number): void {
     this.#hand?.hold(grip, this.#view.camera.shiftM(rightM, upM));
+    this.#isKnown = true;
+    byId("hand-tip").hidden = true;
     for (const name of GRIPS) byId(`grip-${name}`).classList.toggle("held", name === grip);
   }
 

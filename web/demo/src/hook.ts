@@ -1,5 +1,5 @@
 import type { Avatar, Model } from "dynaskin";
-import type { App } from "./app.js";
+import type { App, Extent } from "./app.js";
 import type { Sample } from "./traces.js";
 import type { View } from "./view.js";
 
@@ -21,6 +21,8 @@ export interface DemoHook {
   readonly model: Model | null;
   /** What the plots show: moments in millimetres. */
   readonly samples: readonly Sample[];
+  /** Where the bodies are in the picture, in the order of the actors, in CSS pixels. */
+  readonly bodiesPx: readonly Extent[];
   /** Seconds into the motion. */
   readonly timeSeconds: number;
   /** Length of the motion in seconds. */
@@ -68,6 +70,9 @@ export function installHook(app: App, view: View): void {
     },
     get samples() {
       return app.stage.traces.samples;
+    },
+    get bodiesPx() {
+      return app.bodiesPx;
     },
     get timeSeconds() {
       return app.playback?.timeSeconds ?? 0;

@@ -1,5 +1,6 @@
 import type { Avatar } from "dynaskin";
 import { byId, create } from "./dom.js";
+import { downloadFacts } from "./downloads.js";
 
 const FRAMES = 120;
 
@@ -120,7 +121,7 @@ export class Hud {
     }
     const interval = this.#interval.value;
     rows.push(["frames per second", interval ? (1000 / interval).toFixed(0) : "–"], null);
-    rows.push(...this.#facts);
+    rows.push(...this.#facts, ...downloadFacts());
     return rows;
   }
 }

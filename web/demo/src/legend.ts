@@ -10,7 +10,7 @@ export const HEAT_SCALES = {
 /** Draws the heat map's colours from 0 to the end of their scale. */
 export function drawLegend(shown: keyof typeof HEAT_SCALES): void {
   const { title, rangeMm } = HEAT_SCALES[shown];
-  byId("legend-title").textContent = title;
+  byId("legend-title").textContent = `${title} (mm)`;
   const stops = heatRamp().map(([r, g, b]) => {
     const [red, green, blue] = [r, g, b].map((part) => Math.round(part * 255));
     return `rgb(${red} ${green} ${blue})`;
@@ -18,6 +18,6 @@ export function drawLegend(shown: keyof typeof HEAT_SCALES): void {
   byId("legend-ramp").style.background = `linear-gradient(90deg, ${stops.join(", ")})`;
   const ticks = [0, rangeMm / 3, (rangeMm * 2) / 3].map((value) => `${Math.round(value)}`);
   byId("legend-ticks").replaceChildren(
-    ...[...ticks, `${rangeMm}+ mm`].map((textContent) => create("span", { textContent })),
+    ...[...ticks, `${rangeMm}+`].map((textContent) => create("span", { textContent })),
   );
 }

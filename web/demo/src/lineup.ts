@@ -1,4 +1,4 @@
-import { type ActorKind, SLOTS, type Slot } from "./actors.js";
+import { type ActorKind, actorsOf, SLOTS, type Slot } from "./actors.js";
 import { narrowScreen } from "./narrow.js";
 import { DEFAULTS, type Settings } from "./settings.js";
 
@@ -27,14 +27,14 @@ export function addTruth(settings: Settings): void {
   else settings.fourth = "truth";
 }
 
-/** Puts those in the places of ground truth that the page begins with. */
-export function removeTruth(settings: Settings): void {
+/**
+ * Puts those that the page begins with in the places of actors that the settings' body and motion do
+ * not have, such as ground truth where no clip plays.
+ */
+export function replaceMissing(settings: Settings): void {
+  const known = actorsOf(settings.sex, settings.clip !== null);
   for (const slot of SLOTS) {
-    if (settings[slot] === "truth") Object.assign(settings, { [slot]: DEFAULTS[slot] });
+    const kind = settings[slot];
+    if (kind !== null && !known.includes(kind)) Object.assign(settings, { [slot]: DEFAULTS[slot] });
   }
-}
-
-/** Puts everyone at their places that the page begins with. */
-export function resetActors(settings: Settings): void {
-  for (const slot of SLOTS) Object.assign(settings, { [slot]: DEFAULTS[slot] });
 }

@@ -1,12 +1,12 @@
 import { load } from "dynaskin";
-import { actorLabel } from "./actors.js";
+import { actorLabel, isMethod } from "./actors.js";
 import { Cast } from "./cast.js";
 import { shownActors } from "./lineup.js";
-import type { LoadingBar } from "./loading.js";
+import { filesIn, type LoadingBar } from "./loading.js";
 import type { Program } from "./program.js";
 import { DEFAULTS, type Settings } from "./settings.js";
 import { showError } from "./toast.js";
-import { loadClip } from "./truth.js";
+import { clipFile, loadClip } from "./truth.js";
 import type { View } from "./view.js";
 
 /** What the loader asks of the page. */
@@ -17,16 +17,38 @@ export interface LoaderActions {
   show(cast: Cast): void;
   /** The settings were put back to what is on the screen. */
   restored(): void;
-  /** A model has arrived; what has been downloaded by then. */
-  downloaded(megabytes: number): void;
 }
 
-/** The settings that say who is on the screen, and in which clip. */
-const ACTOR_SETTINGS = ["layout", "left", "right", "third", "fourth", "clip"] as const;
+/** The settings that say who is on the screen, of which body, and in which clip. */
+type ActorSettings = Pick<
+  Settings,
+  "sex" | "layout" | "left" | "right" | "third" | "fourth" | "clip"
+>;
 
-function pick(settings: Settings): Pick<Settings, (typeof ACTOR_SETTINGS)[number]> {
-  const { layout, left, right, third, fourth, clip } = settings;
-  return { layout, left, right, third, fourth, clip };
+function pick(settings: Settings): ActorSettings {
+  const { sex, layout, left, right, third, fourth, clip } = settings;
+  return { sex, layout, left, right, third, fourth, clip };
+}
+
+/** Tells the bar of everything that a page with these settings is going to download. */
+export function announceDownloads(settings: Settings, loading: LoadingBar): void {
+  loading.expect("renderer", ["renderer"]);
+  loading.expect("model", ["core", ...filesIn(`${settings.sex}/`)]);
+  announceActors(settings, loading, () => true);
+}
+
+/** Tells the bar of the clip and of the networks of those actors whose networks are `missing`. */
+function announceActors(
+  settings: Settings,
+  loading: LoadingBar,
+  missing: (kind: string) => boolean,
+): void {
+  const { sex, clip } = settings;
+  for (const { kind } of shownActors(settings)) {
+    if (!isMethod(kind) || !missing(kind)) continue;
+    loading.expect(kind, filesIn(`${sex}/methods/${kind}/`));
+  }
+  if (clip !== null && missing(clip)) loading.expect(clip, [clipFile(sex, clip)]);
 }
 
 /** Fetches bodies, networks and clips for the settings. A failure leaves what plays as it was. */
@@ -37,7 +59,7 @@ export class Loader {
   readonly #loading: LoadingBar;
   readonly #actions: LoaderActions;
   /** The settings that the present actors and clip came from, to go back to. */
-  #shown: Pick<Settings, (typeof ACTOR_SETTINGS)[number]>;
+  #shown: ActorSettings;
   /** Stops the latest download of a model, and that of other networks and clips. */
   #download: AbortController | null = null;
   #recasting: AbortController | null = null;
@@ -57,9 +79,9 @@ export class Loader {
     this.#shown = pick(DEFAULTS);
   }
 
-  /** Takes note that the settings' actors are on the screen now. */
-  remember(): void {
-    this.#shown = pick(this.#settings);
+  /** Takes note that the settings' actors are on the screen now, with this body. */
+  remember(sex: Settings["sex"]): void {
+    this.#shown = { ...pick(this.#settings), sex };
   }
 
   /**
@@ -70,20 +92,34 @@ export class Loader {
   async openModel(): Promise<void> {
     this.#download?.abort();
     this.#recasting?.abort();
+    this.#recasting = null;
     const download = new AbortController();
     this.#download = download;
     const { sex } = this.#settings;
-    try {
-      await this.#load(sex, download.signal);
-    } catch (error) {
-      if (download.signal.aborted) return;
-      this.#explainLoad(sex, error);
-    }
-    this.#loading.finish();
+    const shown = this.#actions.shown();
+    // A visitor who went back before the other body had come has all there is.
+    if (shown?.model && shown.sex === sex) this.#goBack();
+    else
+      await this.#load(sex, download.signal).catch((error) => this.#explainLoad(download, error));
+    this.#finish(download);
+  }
+
+  /** Takes the bar away once nothing is being downloaded any more. */
+  #finish(download: AbortController): void {
+    if (download === this.#download) this.#download = null;
+    if (download === this.#recasting) this.#recasting = null;
+    if (!this.#download && !this.#recasting) this.#loading.finish();
+  }
+
+  /** Puts the settings back to what is on the screen. */
+  #goBack(): void {
+    Object.assign(this.#settings, this.#shown);
+    this.#actions.restored();
   }
 
   async #load(sex: Settings["sex"], signal: AbortSignal): Promise<void> {
-    this.#loading.start("Loading the body");
+    if (this.#actions.shown()) this.#loading.expect("model", filesIn(`${sex}/`));
+    this.#loading.say("Loading the body");
     let early: Cast | null = null;
     const model = await load({
       model: new URL(`${sex}/`, document.baseURI),
@@ -103,20 +139,27 @@ export class Loader {
     try {
       signal.throwIfAborted();
       // A comparison that cannot be loaded must not keep the model away.
-      await this.#prepare(cast, signal).catch((error) => this.#explainActors(signal, error));
+      await this.#prepare(cast, signal).catch((error) => {
+        signal.throwIfAborted();
+        this.#explainActors(error, { ...pick(DEFAULTS), sex });
+        this.#program.truth = null;
+      });
       signal.throwIfAborted();
       this.#actions.show(cast);
     } catch (error) {
       cast.dispose();
       throw error;
     }
-    this.#actions.downloaded(this.#loading.loadedMegabytes);
   }
 
-  #explainLoad(sex: Settings["sex"], error: unknown): void {
+  #explainLoad(download: AbortController, error: unknown): void {
+    if (download.signal.aborted) return;
+    // The other files are of no use any more.
+    download.abort();
     const shown = this.#actions.shown();
+    const wanted = pick(this.#settings);
     const tryAgain = () => {
-      this.#settings.sex = sex;
+      Object.assign(this.#settings, wanted);
       this.#actions.restored();
       void this.openModel();
     };
@@ -124,26 +167,40 @@ export class Loader {
       showError("The page could not start", error, tryAgain);
       return;
     }
+    const { sex } = wanted;
     const what = shown.sex === sex && !shown.model ? `networks of the ${sex} body` : `${sex} body`;
     showError(`The ${what} could not be loaded`, error, tryAgain);
-    this.#settings.sex = shown.sex;
-    this.#actions.restored();
+    this.#goBack();
   }
 
-  /** Fetches what the settings' actors and clip need. */
+  /** Fetches what the settings' actors and clip need, also those that are chosen meanwhile. */
   async #prepare(cast: Cast, signal: AbortSignal): Promise<void> {
+    const wanted = JSON.stringify(pick(this.#settings));
+    await this.#fetchFor(cast, signal);
+    if (wanted !== JSON.stringify(pick(this.#settings))) await this.#prepare(cast, signal);
+  }
+
+  async #fetchFor(cast: Cast, signal: AbortSignal): Promise<void> {
     const { clip, layout } = this.#settings;
-    const present = this.#program.truth?.name === clip ? this.#program.truth : null;
-    const truth = present ?? (clip === null ? null : await loadClip(clip, cast.body, signal));
+    const { truth: last } = this.#program;
+    const present = clip !== null && last?.isOf(clip, cast.body) ? last : null;
+    announceActors(this.#settings, this.#loading, (name) =>
+      name === clip ? !present : !cast.bundleOf(name),
+    );
+    const report = (part: string, loaded: number, total: number) => {
+      if (!signal.aborted) this.#loading.report(part, loaded, total);
+    };
+    const say = (what: string) => this.#loading.say(`Loading ${what}`);
+    let truth = present;
+    if (!truth && clip !== null) {
+      say("the clip");
+      const onProgress = (loaded: number) => report(clip, loaded, loaded);
+      truth = await loadClip(clip, cast, { signal, onProgress });
+    }
     for (const { kind } of shownActors(this.#settings)) {
-      await cast.prepare(kind, {
-        signal,
-        onProgress: (loaded, total) => {
-          if (signal.aborted) return;
-          this.#loading.reopen(`Loading ${actorLabel(kind)}`);
-          this.#loading.report(kind, loaded, total);
-        },
-      });
+      if (isMethod(kind) && !cast.bundleOf(kind)) say(actorLabel(kind));
+      const onProgress = (loaded: number, total: number) => report(kind, loaded, total);
+      await cast.prepare(kind, { signal, onProgress });
     }
     if (layout === "wipe") await this.#view.openLeft();
     signal.throwIfAborted();
@@ -156,26 +213,29 @@ export class Loader {
     const recasting = new AbortController();
     this.#recasting = recasting;
     const cast = this.#actions.shown();
-    if (!cast) return;
+    if (!cast) return this.#finish(recasting);
     try {
       await this.#prepare(cast, recasting.signal);
       if (recasting.signal.aborted || cast !== this.#actions.shown()) return;
       this.#actions.show(cast);
     } catch (error) {
-      this.#explainActors(recasting.signal, error);
+      if (recasting.signal.aborted) return;
+      // Another body may be on its way, and is still wanted.
+      this.#explainActors(error, { ...this.#shown, sex: this.#settings.sex });
+    } finally {
+      this.#finish(recasting);
     }
-    this.#loading.finish();
   }
 
-  #explainActors(signal: AbortSignal, error: unknown): void {
-    if (signal.aborted) return;
+  /** Says why actors or a clip could not be had, and shows those of `instead`. */
+  #explainActors(error: unknown, instead: ActorSettings): void {
     const wanted = pick(this.#settings);
     showError("That comparison could not be loaded", error, () => {
       Object.assign(this.#settings, wanted);
       this.#actions.restored();
       void this.recast();
     });
-    Object.assign(this.#settings, this.#shown);
+    Object.assign(this.#settings, instead);
     this.#actions.restored();
   }
 }

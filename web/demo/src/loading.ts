@@ -1,13 +1,33 @@
+import sizes from "virtual:sizes";
 import { byId } from "./dom.js";
 
-/** The one progress bar, over everything the page downloads. */
+/** The files of a folder under `models`, as the bar names them; not those in folders below it. */
+export function filesIn(folder: string): string[] {
+  return Object.keys(sizes).filter((file) => file.slice(0, file.lastIndexOf("/") + 1) === folder);
+}
+
+/**
+ * The one progress bar, from the first byte to the last network. It counts unpacked bytes: what a server
+ * packs arrives smaller, but a page cannot see how much of that has come.
+ */
 export class LoadingBar {
   readonly #parts = new Map<string, { loaded: number; total: number }>();
   #text = "Loading the body";
+  #done = false;
 
-  /** Progress of one download, in bytes. */
+  /** Announces a download, so that the bar knows its end: files as `virtual:sizes` names them. */
+  expect(part: string, files: readonly string[]): void {
+    this.#wake();
+    const total = files.reduce((sum, file) => sum + (sizes[file] ?? 0), 0);
+    if (!this.#parts.has(part)) this.#parts.set(part, { loaded: 0, total });
+    this.#show();
+  }
+
+  /** Progress of one download, in bytes; `total` counts where the page did not know its files' sizes. */
   report(part: string, loaded: number, total: number): void {
-    this.#parts.set(part, { loaded, total });
+    this.#wake();
+    const known = this.#parts.get(part)?.total ?? 0;
+    this.#parts.set(part, { loaded, total: Math.max(loaded, known > 0 ? known : total) });
     this.#show();
   }
 
@@ -17,27 +37,18 @@ export class LoadingBar {
     this.#show();
   }
 
-  /** Shows the bar again, for another model. */
-  start(text: string): void {
-    this.#parts.clear();
-    byId("loading").classList.remove("done");
-    this.say(text);
-  }
-
-  /** Shows the bar again for a further part. */
-  reopen(text: string): void {
-    byId("loading").classList.remove("done");
-    this.say(text);
-  }
-
-  /** Fades out. */
+  /** Fills up and fades out; what is downloaded later begins a bar of its own. */
   finish(): void {
+    this.#done = true;
+    byId("loading-fill").style.width = "100%";
     byId("loading").classList.add("done");
   }
 
-  /** Downloaded megabytes so far. */
-  get loadedMegabytes(): number {
-    return this.#sum("loaded") / 1e6;
+  #wake(): void {
+    if (!this.#done) return;
+    this.#done = false;
+    this.#parts.clear();
+    byId("loading").classList.remove("done");
   }
 
   #sum(key: "loaded" | "total"): number {
@@ -45,11 +56,10 @@ export class LoadingBar {
   }
 
   #show(): void {
-    const total = this.#sum("total");
-    const share = total > 0 ? this.#sum("loaded") / total : 0;
-    byId("loading-fill").style.width = `${Math.min(100, share * 100)}%`;
-    const amount =
-      total > 0 ? ` · ${this.loadedMegabytes.toFixed(1)} of ${(total / 1e6).toFixed(1)} MB` : "";
+    const [loaded, total] = [this.#sum("loaded"), this.#sum("total")];
+    byId("loading-fill").style.width = `${total > 0 ? (loaded / total) * 100 : 0}%`;
+    const megabytes = (bytes: number) => (bytes / 1e6).toFixed(1);
+    const amount = total > 0 ? ` · ${megabytes(loaded)} of ${megabytes(total)} MB, unpacked` : "";
     byId("loading-text").textContent = this.#text + amount;
   }
 }

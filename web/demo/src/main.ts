@@ -2,6 +2,7 @@ import { App } from "./app.js";
 import { byId } from "./dom.js";
 import { acceptFiles } from "./drop.js";
 import { installHook } from "./hook.js";
+import { announceDownloads } from "./loader.js";
 import { LoadingBar } from "./loading.js";
 import { readSettings } from "./settings.js";
 import { showError } from "./toast.js";
@@ -10,6 +11,7 @@ import { View } from "./view.js";
 async function start(): Promise<void> {
   const settings = readSettings(location.search);
   const loading = new LoadingBar();
+  announceDownloads(settings, loading);
   const view = await View.create(
     settings.backend,
     settings.resolution === "adaptive",

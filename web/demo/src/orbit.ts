@@ -7,6 +7,8 @@ const STRAY_M = 0.7;
 const MIN_DISTANCE_M = 0.5;
 const MAX_DISTANCE_M = 9;
 const RADIANS_PER_PIXEL = 0.006;
+/** What a key raises or lowers the camera by, in metres. */
+const KEY_RAISE_M = 0.08;
 /** The angle around +Y at which the page starts. */
 export const START_YAW_RADIANS = 0.38;
 const START = { yawRadians: START_YAW_RADIANS, pitchRadians: 0.1, distanceM: 3.8, heightM: 0.86 };
@@ -157,6 +159,8 @@ export class OrbitCamera {
       ArrowDown: () => this.#orbit(0, -0.06),
       "+": () => this.#zoom(0.9),
       "-": () => this.#zoom(1.1),
+      PageUp: () => this.#raise(KEY_RAISE_M),
+      PageDown: () => this.#raise(-KEY_RAISE_M),
     };
     const move = moves[event.key];
     if (!move) return;
@@ -174,7 +178,10 @@ export class OrbitCamera {
   }
 
   #lift(pixels: number): void {
-    this.heightM += (pixels * this.distanceM) / 1000;
-    this.heightM = Math.max(0.05, Math.min(2, this.heightM));
+    this.#raise((pixels * this.distanceM) / 1000);
+  }
+
+  #raise(metres: number): void {
+    this.heightM = Math.max(0.05, Math.min(2, this.heightM + metres));
   }
 }

@@ -3,10 +3,10 @@ import { BY_HAND } from "./by-hand.js";
 import { byId, create } from "./dom.js";
 import { lessMotion } from "./less-motion.js";
 import { findMotion, MOTION_NAMES, MOTIONS, type MotionChoice, motionLabel } from "./motions.js";
-import type { Settings } from "./settings.js";
+import type { Settings, Sex } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
 import { TissuePanel } from "./tissue-panel.js";
-import { CLIP_NAMES, clipLabel } from "./truth.js";
+import { clipLabel, clipNamesOf } from "./truth.js";
 
 /** What the controls do. Each is called after `settings` has changed. */
 export interface PanelActions extends BodyActions {
@@ -26,7 +26,7 @@ export interface PanelActions extends BodyActions {
   nextLayout(): void;
   /** Puts the keyboard's focus on the body that is moved by hand. */
   focusBody(): void;
-  /** Shows one actor alone; null: both again. */
+  /** Shows the first or the second actor alone; null: all again. */
   hold(side: "left" | "right" | null): void;
 }
 
@@ -35,12 +35,16 @@ const FILE_MOTION = "file:";
 /** Begins the values of the list's entries for ground-truth clips. */
 const CLIP_MOTION = "clip:";
 
+const option = (value: string, textContent: string) => create("option", { value, textContent });
+
 /** The controls: reads them into the settings and shows the settings in them. */
 export class Panel {
   readonly #settings: Settings;
   readonly #actions: PanelActions;
   readonly #body: BodyPanel;
   #scrubbing = false;
+  /** The body whose clips the list has. */
+  #clipsOf: Sex | null = null;
 
   constructor(settings: Settings, actions: PanelActions) {
     this.#settings = settings;
@@ -71,9 +75,17 @@ export class Panel {
     play.setAttribute("aria-label", paused ? "Play" : "Pause");
     byId("still-note").hidden = !(paused && lessMotion.matches);
     this.#body.show();
-    const clips = document.querySelector<HTMLOptGroupElement>("#motion-clips");
-    // They were simulated on the female body.
-    if (clips) clips.disabled = sex !== "female";
+    if (this.#clipsOf !== sex) this.#showClips(sex);
+  }
+
+  /** Puts the ground-truth clips of a body into the list of motions. */
+  #showClips(sex: Sex): void {
+    this.#clipsOf = sex;
+    byId("motion-clips").replaceChildren(
+      ...clipNamesOf(sex).map((name) =>
+        option(CLIP_MOTION + name, `${clipLabel(name)}, simulated`),
+      ),
+    );
   }
 
   /** Shows where in the motion the clock is; what has no end has no timeline. */
@@ -142,7 +154,6 @@ export class Panel {
 
   #bindMotion(): void {
     const select = byId<HTMLSelectElement>("motion");
-    const option = (value: string, textContent: string) => create("option", { value, textContent });
     const group = (label: string, options: HTMLElement[], id = "") =>
       create("optgroup", { label, id }, options);
     select.replaceChildren(
@@ -151,16 +162,14 @@ export class Panel {
         MOTIONS.map(({ name, label }) => option(name, label)),
       ),
       group("Yours", [option(BY_HAND, motionLabel(BY_HAND))]),
-      group(
-        "With simulated ground truth",
-        CLIP_NAMES.map((name) => option(CLIP_MOTION + name, `${clipLabel(name)}, simulated`)),
-        "motion-clips",
-      ),
+      group("With simulated ground truth", [], "motion-clips"),
     );
+    this.#showClips(this.#settings.sex);
     this.showPlaying(null);
     select.addEventListener("change", () => {
       const choice = MOTION_NAMES.find((name) => name === select.value);
-      const clip = CLIP_NAMES.find((name) => CLIP_MOTION + name === select.value) ?? null;
+      const clips = clipNamesOf(this.#settings.sex);
+      const clip = clips.find((name) => CLIP_MOTION + name === select.value) ?? null;
       if (!choice && clip === null) return;
       this.#settings.clip = clip;
       if (choice) this.#settings.motion = choice;
@@ -246,10 +255,7 @@ export class Panel {
     addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (document.querySelector("dialog[open]")) return;
-      const target = event.target as HTMLElement;
-      // Space presses a focused button, and a list jumps to the letter.
-      const own = target.matches("select, summary, input:not([type=range])");
-      if (own || (event.key === " " && target.matches("button"))) return;
+      if (isOwnKey(event.target as HTMLElement, event.key)) return;
       const action = keys[event.key.toLowerCase()];
       if (!action) return;
       event.preventDefault();
@@ -271,6 +277,14 @@ export class Panel {
     handle.addEventListener("click", () => setOpen(!panel.classList.contains("open")));
     byId("view").addEventListener("pointerdown", () => setOpen(false));
   }
+}
+
+/** Whether a control does something of its own with a key, so that it is no shortcut there. */
+function isOwnKey(control: HTMLElement, key: string): boolean {
+  // Fields take text, and a list jumps to what is typed.
+  const takesText = "textarea, select, input:not([type=range], [type=radio], [type=checkbox])";
+  if (control.matches(takesText)) return key.length === 1;
+  return key === " " && control.matches("button, summary, input:not([type=range])");
 }
 
 /** Shows a switch on or off. */

@@ -9,11 +9,17 @@ const MAX_FRAME_SECONDS = 0.25;
 /** Time in which a body goes over into the rest pose, slow enough to be no jump. */
 const TO_REST_SECONDS = 1;
 
-/**
- * Is told each moment that the avatars have been brought to, also on the way to one that is jumped
- * to, and whether it is the first of a row.
- */
-export type AfterStep = (avatars: readonly Avatar[], timeSeconds: number, isFirst: boolean) => void;
+/** A moment that avatars have been brought to. */
+export interface Moment {
+  timeSeconds: number;
+  /** Whether it is the first of a row. */
+  isFirst: boolean;
+  /** Whether it only lies on the way to one that is jumped to, and is never seen. */
+  isPassing: boolean;
+}
+
+/** Is told each moment. */
+export type AfterStep = (avatars: readonly Avatar[], moment: Moment) => void;
 
 /**
  * Plays a motion on avatars: the clock of the page, with pause, slow motion and jumps. It owns the
@@ -119,7 +125,11 @@ export class Playback {
   /** One tick in the present pose. */
   hold(): void {
     for (const avatar of this.#avatars) avatar.step(this.pose, TICK_SECONDS);
-    this.#afterStep(this.#avatars, this.#timeSeconds, false);
+    this.#afterStep(this.#avatars, {
+      timeSeconds: this.#timeSeconds,
+      isFirst: false,
+      isPassing: false,
+    });
   }
 
   /** Goes over into the rest pose, on the spot, and stands in it for `seconds`. */
@@ -141,9 +151,10 @@ export class Playback {
    */
   seek(timeSeconds: number, fromSeconds = Math.max(0, timeSeconds - WARM_UP_SECONDS)): void {
     const ticks = Math.round((timeSeconds - fromSeconds) / TICK_SECONDS);
-    this.#start(timeSeconds - ticks * TICK_SECONDS);
+    this.#start(timeSeconds - ticks * TICK_SECONDS, ticks > 0);
     for (let tick = 1; tick <= ticks; tick += 1) {
-      this.#apply(timeSeconds - (ticks - tick) * TICK_SECONDS, TICK_SECONDS);
+      const isPassing = tick < ticks;
+      this.#apply(timeSeconds - (ticks - tick) * TICK_SECONDS, TICK_SECONDS, { isPassing });
     }
   }
 
@@ -152,16 +163,20 @@ export class Playback {
     this.#apply(this.#timeSeconds, 0);
   }
 
-  #start(timeSeconds: number): void {
+  #start(timeSeconds: number, isPassing = false): void {
     for (const avatar of this.#avatars) avatar.reset();
-    this.#apply(timeSeconds, 0, true);
+    this.#apply(timeSeconds, 0, { isFirst: true, isPassing });
   }
 
-  #apply(timeSeconds: number, dtSeconds: number, isFirst = false): void {
+  #apply(
+    timeSeconds: number,
+    dtSeconds: number,
+    { isFirst = false, isPassing = false }: Partial<Moment> = {},
+  ): void {
     this.#timeSeconds = Math.max(0, timeSeconds);
     this.#motion.poseAt(this.#timeSeconds, this.pose);
     for (const avatar of this.#avatars) avatar.step(this.pose, dtSeconds);
-    this.#afterStep(this.#avatars, this.#timeSeconds, isFirst);
+    this.#afterStep(this.#avatars, { timeSeconds: this.#timeSeconds, isFirst, isPassing });
   }
 }
 

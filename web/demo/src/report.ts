@@ -33,15 +33,27 @@ export function showFileReport(fileName: string, motion: Motion): void {
   );
 }
 
-/** Says why a file was refused; what played goes on. */
-export function showFileProblem(fileName: string, error: unknown): void {
+/** Says why a file was refused, and which joints it has, if any; what played goes on. */
+export function showFileProblem(fileName: string, error: unknown, joints: string[]): void {
   const area = byId("file-report");
   area.hidden = false;
   area.classList.add("bad");
   area.replaceChildren(
     create("h3", { textContent: `${fileName} cannot be played` }),
     create("p", { textContent: error instanceof Error ? error.message : String(error) }),
+    ...(joints.length > 0 ? [namesTable(joints)] : []),
   );
+}
+
+function namesTable(joints: readonly string[]): HTMLElement {
+  const head = create("tr", {}, [
+    create("th", { textContent: "Joints in the file", scope: "col" }),
+  ]);
+  const rows = joints.map((name) => create("tr", {}, [create("td", { textContent: name })]));
+  return create("details", { open: true }, [
+    create("summary", { textContent: `Its joints (${joints.length})` }),
+    create("table", {}, [head, ...rows]),
+  ]);
 }
 
 function jointTable(

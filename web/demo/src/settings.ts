@@ -2,7 +2,7 @@ import { REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
 import { type ActorKind, actorsOf } from "./actors.js";
 import { lessMotion } from "./less-motion.js";
 import { findMotion, MOTION_NAMES, type MotionName } from "./motions.js";
-import { CLIP_NAMES } from "./truth.js";
+import { clipNamesOf } from "./truth.js";
 
 /** The playback speeds that can be chosen. */
 const SPEEDS = [0.1, 0.25, 0.5, 1];
@@ -14,8 +14,8 @@ export type Layout = (typeof LAYOUTS)[number];
 /** A landing of the usual jump: what a page that may not move shows of it. */
 const LANDING_SECONDS = 1.85;
 
-/** Lowest, usual and highest factor on offsets. */
-export const FACTOR = [0, 1, 2] as const;
+/** Lowest, usual and highest factor on all offsets; four times is the most that the core takes. */
+export const STRENGTH = [0, 1, 4] as const;
 
 /** Largest size of a shape coefficient, in standard deviations. */
 export const SHAPE_LIMIT = 3;
@@ -26,7 +26,7 @@ export type TissueProperty = (typeof TISSUE_PROPERTIES)[number];
 
 /** Lowest, usual and highest factor on each. */
 export const TISSUE_FACTORS: Record<TissueProperty, readonly [number, number, number]> = {
-  gain: FACTOR,
+  gain: [0, 1, 2],
   stiffness: [0.25, 1, 4],
   damping: [0.25, 1, 4],
 };
@@ -79,6 +79,8 @@ export interface Settings {
   dynamics: boolean;
   /** Whether the body shows its offsets as colours. */
   heat: boolean;
+  /** Whether the caption says what there is to see. */
+  caption: boolean;
   /** Whether the timings are shown. */
   hud: boolean;
   /** Playback speed: 0.1, 0.25, 0.5 or 1. */
@@ -115,6 +117,7 @@ export const DEFAULTS: Settings = {
   timeSeconds: null,
   dynamics: true,
   heat: false,
+  caption: true,
   hud: false,
   speed: 1,
   paused: false,
@@ -145,7 +148,7 @@ export function readSettings(search: string): Settings {
   const motion = oneOf("motion", MOTION_NAMES, DEFAULTS.motion);
   const choice = findMotion(motion);
   const sex = oneOf("sex", ["female", "male"], DEFAULTS.sex);
-  const clip = sex === "female" ? oneOf("clip", CLIP_NAMES, "") || null : null;
+  const clip = oneOf("clip", clipNamesOf(sex), "") || null;
   const actors = actorsOf(sex, clip !== null);
   const showsStill =
     lessMotion.matches && !query.has("paused") && clip === null && motion === DEFAULTS.motion;
@@ -173,7 +176,7 @@ export function readSettings(search: string): Settings {
     motion,
     tempoHz: inRange("tempo", choice?.tempoHz),
     heightM: inRange("height", choice?.heightM),
-    strength: inRange("strength", FACTOR) ?? DEFAULTS.strength,
+    strength: inRange("strength", STRENGTH) ?? DEFAULTS.strength,
     tissue: {
       gain: readFactors("gain", query),
       stiffness: readFactors("stiffness", query),
@@ -182,6 +185,7 @@ export function readSettings(search: string): Settings {
     timeSeconds: inRange("time", [0, 0, 3600]) ?? (showsStill ? LANDING_SECONDS : null),
     dynamics: flag("dynamics", DEFAULTS.dynamics),
     heat: query.get("heat") === "error" || flag("heat", DEFAULTS.heat),
+    caption: flag("caption", DEFAULTS.caption),
     hud: flag("hud", DEFAULTS.hud),
     speed: nearest(SPEEDS, number("speed") ?? DEFAULTS.speed),
     paused: flag("paused", lessMotion.matches),
@@ -253,6 +257,7 @@ export function writeSettings(settings: Settings): string {
   }
   if (!settings.dynamics) query.set("dynamics", "0");
   if (settings.heat) query.set("heat", settings.heatOf === "error" ? "error" : "1");
+  if (!settings.caption) query.set("caption", "0");
   if (settings.hud) query.set("hud", "1");
   put("speed", settings.speed, DEFAULTS.speed);
   if (settings.paused) query.set("paused", "1");

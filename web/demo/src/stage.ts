@@ -19,6 +19,20 @@ const STEP_M = ((apartM) => [
   -apartM * Math.sin(START_YAW_RADIANS),
 ])(0.95) as [number, number];
 
+/** SMPL's joint of the head. */
+const HEAD_JOINT = 15;
+
+/** The topmost vertex of a body that stands at rest; frees the avatar. */
+function crownOf(avatar: Avatar): number {
+  const { positions } = avatar;
+  let crown = 0;
+  for (let at = 1; at < positions.length; at += 3) {
+    if ((positions[at] ?? 0) > (positions[crown * 3 + 1] ?? 0)) crown = (at - 1) / 3;
+  }
+  avatar.dispose();
+  return crown;
+}
+
 /** The actors while they move: how they are tuned, what is measured on them, how they look. */
 export class Stage {
   readonly traces = new Traces();
@@ -27,6 +41,11 @@ export class Stage {
   readonly #shown = new WeakMap<Avatar, Shown>();
   /** Differences from ground truth of each actor, for the heat map. */
   readonly #errorsM: Float32Array[] = [];
+  /** Which actor of a row is shown alone, in its middle; null: all. */
+  alone: number | null = null;
+  /** Whether the actors are shown without their tissue for the moment, whatever the settings say. */
+  plain = false;
+  #crown = 0;
   #measures: RegionMeasures | null = null;
   #measuredCast: Cast | null = null;
 
@@ -39,6 +58,7 @@ export class Stage {
   createAvatars(cast: Cast, shown: readonly Shown[]): Avatar[] {
     if (cast !== this.#measuredCast) {
       this.#measures = new RegionMeasures(cast.body);
+      this.#crown = crownOf(cast.body.createAvatar());
       this.#measuredCast = cast;
     }
     const made: Avatar[] = [];
@@ -70,7 +90,7 @@ export class Stage {
     }
     avatar.setControls({ regions });
     // The networks run on, so that both states of the same moment can be compared.
-    avatar.strength = dynamics ? strength : 0;
+    avatar.strength = dynamics && !this.plain ? strength : 0;
   }
 
   /** Whether the heat map shows the error. */
@@ -79,11 +99,13 @@ export class Stage {
   }
 
   /** Shows ground truth where it is an actor, and measures all actors. */
-  readonly afterStep: AfterStep = (avatars, timeSeconds, isFirst) => {
+  readonly afterStep: AfterStep = (avatars, { timeSeconds, isFirst, isPassing }) => {
+    if (isPassing && !this.#settings.plots) return;
     const truth = this.#program.file ? null : this.#program.truth;
     truth?.moveTo(timeSeconds - DELAY_SECONDS);
     for (const avatar of avatars) {
-      if (truth && this.#shown.get(avatar)?.kind === "truth") avatar.showOffsets(truth.offsets);
+      if (!truth || this.#shown.get(avatar)?.kind !== "truth") continue;
+      avatar.showOffsets(this.plain ? new Float32Array(truth.offsets.length) : truth.offsets);
     }
     if (this.#settings.plots) this.traces.add(this.#sample(avatars, timeSeconds), isFirst);
   };
@@ -93,15 +115,33 @@ export class Stage {
    * The row is parallel to the picture that the page starts with.
    */
   placesM(count: number): Place[] {
-    const apart = this.#settings.layout === "side" ? 1 : 0;
+    const apart = this.#settings.layout === "side" && this.alone === null ? 1 : 0;
     return Array.from({ length: count }, (_, idx) => {
       const steps = apart * (idx - (count - 1) / 2);
       return [steps * STEP_M[0], steps * STEP_M[1]];
     });
   }
 
-  /** How the actors look now, in the order of the avatars. */
+  /** Where the tops of the actors' heads are: in the world, in metres, without what sets them apart. */
+  crownsM(avatars: readonly Avatar[]): [number, number, number][] {
+    return avatars.map(({ positions, skinMatrices }) => {
+      const rest = positions.subarray(this.#crown * 3, this.#crown * 3 + 3);
+      const matrix = skinMatrices.subarray(HEAD_JOINT * 16, HEAD_JOINT * 16 + 16);
+      const along = (axis: number) =>
+        rest.reduce((sum, value, idx) => sum + value * (matrix[idx * 4 + axis] ?? 0), 0) +
+        (matrix[12 + axis] ?? 0);
+      return [along(0), along(1), along(2)];
+    });
+  }
+
+  /** How the actors that are to be seen look now, in the order of the avatars. */
   appearances(avatars: readonly Avatar[]): Appearance[] {
+    const looks = this.#allAppearances(avatars);
+    const only = this.alone === null ? undefined : looks[this.alone];
+    return only ? [only] : looks;
+  }
+
+  #allAppearances(avatars: readonly Avatar[]): Appearance[] {
     const truthM = this.showsError && this.#settings.heat ? this.#truthM : null;
     const places = this.placesM(avatars.length);
     return avatars.map((avatar, idx) => {

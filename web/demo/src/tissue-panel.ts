@@ -1,6 +1,6 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
 import { byId } from "./dom.js";
-import { FACTOR, type Settings, TISSUE_FACTORS, type TissueProperty } from "./settings.js";
+import { type Settings, STRENGTH, TISSUE_FACTORS, type TissueProperty } from "./settings.js";
 import { createSlider, fillSliders, type Slider } from "./slider.js";
 
 const percent = (value: number) => `${Math.round(value * 100)} %`;
@@ -20,7 +20,7 @@ export class TissuePanel {
   constructor(settings: Settings, changed: () => void) {
     this.#settings = settings;
     this.#changed = changed;
-    const [min, value, max] = FACTOR;
+    const [min, value, max] = STRENGTH;
     const strength = createSlider({
       id: "strength-all",
       label: "Strength",

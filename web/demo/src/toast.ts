@@ -7,18 +7,24 @@ const SECONDS_SHOWN = 12;
  * or until the message is closed.
  */
 export function showError(title: string, error: unknown, tryAgain?: () => void): void {
-  show(title, error instanceof Error ? error.message : String(error), "toast card", tryAgain);
+  show("errors", title, error instanceof Error ? error.message : String(error), tryAgain);
 }
 
 /** Says something that is no error. */
 export function showNote(title: string, text: string): void {
-  show(title, text, "toast card note");
+  show("notes", title, text);
 }
 
-function show(title: string, text: string, className: string, tryAgain?: () => void): void {
+/** Errors interrupt a screen reader, notes wait for their turn. */
+function show(
+  areaId: "errors" | "notes",
+  title: string,
+  text: string,
+  tryAgain?: () => void,
+): void {
   const close = create("button", { className: "close", type: "button", textContent: "✕" });
   close.setAttribute("aria-label", "Close this message");
-  const toast = create("div", { className }, [
+  const toast = create("div", { className: `toast card${areaId === "notes" ? " note" : ""}` }, [
     create("strong", { textContent: title }),
     close,
     create("p", { textContent: text }),
@@ -38,7 +44,7 @@ function show(title: string, text: string, className: string, tryAgain?: () => v
   } else {
     setTimeout(() => toast.remove(), SECONDS_SHOWN * 1000);
   }
-  const area = byId("toasts");
+  const area = byId(areaId);
   area.append(toast);
   while (area.childElementCount > 3) area.firstElementChild?.remove();
 }

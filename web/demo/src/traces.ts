@@ -6,6 +6,8 @@ import type { Shown } from "./lineup.js";
 
 /** Seconds of motion that the plots show. */
 const WINDOW_SECONDS = 4;
+/** The least that they show, after a motion has begun. */
+const LEAST_WINDOW_SECONDS = 1;
 const REDRAW_MS = 80;
 const HEIGHT_PX = 104;
 
@@ -22,6 +24,8 @@ const colour = (name: string) => getComputedStyle(document.documentElement).getP
 export class Traces {
   readonly #samples: Sample[] = [];
   readonly #plots: { plot: uPlot; key: "heightMm" | "errorMm" }[] = [];
+  #shown: readonly Shown[] = [];
+  #hasTruth = false;
   #drawnAt = 0;
   #dirty = false;
 
@@ -36,12 +40,10 @@ export class Traces {
     byId("plot-height-title").textContent = `${region}, up and down against the bone (mm)`;
     byId("plot-error-title").textContent = `${region}, mean distance from ground truth (mm)`;
     byId("plot-error").hidden = !hasTruth;
-    byId("plot-error-head").hidden = !hasTruth;
-    byId("plot-names").replaceChildren(
-      ...shown.map(({ slot, kind }) =>
-        create("span", { className: `of-${slot}`, textContent: actorLabel(kind) }),
-      ),
-    );
+    byId("plot-error-title").hidden = !hasTruth;
+    byId("plot-now-error").hidden = !hasTruth;
+    this.#shown = shown;
+    this.#hasTruth = hasTruth;
     this.#resize();
   }
 
@@ -67,25 +69,35 @@ export class Traces {
     this.#drawnAt = nowMs;
     this.#dirty = false;
     const times = this.#samples.map(({ timeSeconds }) => timeSeconds);
-    const end = times.at(-1) ?? 0;
+    const [begin, end] = windowOf(times);
     for (const { plot, key } of this.#plots) {
       const lines = SLOTS.map((_, slot) =>
         this.#samples.map((sample) => sample[key][slot] ?? null),
       );
       plot.setData([times, ...lines], false);
       plot.batch(() => {
-        plot.setScale("x", { min: end - WINDOW_SECONDS, max: end });
+        plot.setScale("x", { min: begin, max: end });
         plot.setScale("y", rangeOf(lines.flat(), key === "errorMm"));
       });
-      const now = this.#samples.at(-1)?.[key] ?? [];
-      byId(key === "heightMm" ? "plot-height-now" : "plot-error-now").replaceChildren(
-        ...SLOTS.flatMap((slot, idx) => {
-          const mm = now[idx] ?? null;
-          if (mm === null) return [];
-          return [create("span", { textContent: `${mm.toFixed(1)} mm`, className: `of-${slot}` })];
-        }),
-      );
     }
+    this.#showNow(this.#samples.at(-1));
+  }
+
+  /** The present values, by name. */
+  #showNow(sample: Sample | undefined): void {
+    const cell = (value: number | null | undefined) =>
+      create("td", { textContent: value == null ? "–" : `${value.toFixed(1)} mm` });
+    byId("plot-now").replaceChildren(
+      ...this.#shown.map(({ slot, kind }) => {
+        const idx = SLOTS.indexOf(slot);
+        const name = create("span", { className: `of-${slot}`, textContent: actorLabel(kind) });
+        return create("tr", {}, [
+          create("th", { scope: "row" }, [name]),
+          cell(sample?.heightMm[idx]),
+          ...(this.#hasTruth ? [cell(sample?.errorMm[idx])] : []),
+        ]);
+      }),
+    );
   }
 
   #build(): void {
@@ -135,6 +147,13 @@ export class Traces {
     }
     this.#dirty = true;
   }
+}
+
+/** The part of the motion that is shown: what there is of it, up to the window's length. */
+function windowOf(times: readonly number[]): [begin: number, end: number] {
+  const end = times.at(-1) ?? 0;
+  const begin = Math.max(times[0] ?? 0, end - WINDOW_SECONDS);
+  return [begin, Math.max(end, begin + LEAST_WINDOW_SECONDS)];
 }
 
 /** A range that shows all values with some room, at least a millimetre or two. */

@@ -1,20 +1,24 @@
 import { type Body, POSE_LENGTH, SHAPE_LENGTH } from "dynaskin";
 import { SafeTensors } from "./safetensors.js";
+import type { Sex } from "./settings.js";
 
-/** Addresses of the clips in `clips/`, by file. */
-const FILES = import.meta.glob<string>("../clips/*.safetensors", {
+/** Addresses of the clips in `clips/BODY/`, by file. */
+const FILES = import.meta.glob<string>("../clips/*/*.safetensors", {
   query: "?url",
   import: "default",
   eager: true,
 });
 
-const [FOLDER, ENDING] = ["../clips/", ".safetensors"];
-const fileOf = (name: string) => FOLDER + name + ENDING;
+const ENDING = ".safetensors";
+const folderOf = (sex: Sex) => `../clips/${sex}/`;
 
-/** Names of the clips that were there when the page was built. */
-export const CLIP_NAMES: readonly string[] = Object.keys(FILES).map((path) =>
-  path.slice(FOLDER.length, -ENDING.length),
-);
+/** Names of the clips of a body that were there when the page was built. */
+export function clipNamesOf(sex: Sex): readonly string[] {
+  const folder = folderOf(sex);
+  return Object.keys(FILES)
+    .filter((path) => path.startsWith(folder))
+    .map((path) => path.slice(folder.length, -ENDING.length));
+}
 
 /** What the page calls a clip. */
 export function clipLabel(name: string): string {
@@ -41,6 +45,7 @@ export class TruthClip {
   readonly formula: { motion: string; tempoHz: number; heightM: number };
   /** Offsets at the moment of the last {@link moveTo}: `[vertex][x, y, z]` flattened, metres. */
   readonly offsets: Float32Array;
+  readonly #bodySha256: string;
   readonly #vertices: Uint32Array;
   readonly #basisM: Float32Array;
   readonly #coefficients: Float32Array;
@@ -57,6 +62,7 @@ export class TruthClip {
     if (format !== "dynaskin-clip-basis" || version !== "1" || body_sha256 !== body.sha256) {
       throw new Error(`The clip ${name} is not for this body, or of another version.`);
     }
+    this.#bodySha256 = body.sha256;
     this.rateHz = Number(rate_hz);
     this.simulatorMethod = sim_method ?? "";
     this.formula = formulaOf(source ?? "");
@@ -77,6 +83,11 @@ export class TruthClip {
     }
   }
 
+  /** Whether this is the clip of this name for a body. */
+  isOf(name: string, body: Body): boolean {
+    return name === this.name && body.sha256 === this.#bodySha256;
+  }
+
   /** Number of frames. */
   get frameCount(): number {
     return this.poses.length / POSE_LENGTH;
@@ -90,19 +101,22 @@ export class TruthClip {
     const before = Math.floor(position);
     const after = Math.min(before + 1, last);
     const share = position - before;
-    this.#soft.fill(0);
+    const soft = this.#soft.fill(0);
     for (let component = 0; component < components; component += 1) {
       const from = this.#coefficients[before * components + component] ?? 0;
       const to = this.#coefficients[after * components + component] ?? 0;
       const factor = from + (to - from) * share;
-      const start = component * this.#soft.length;
-      for (let idx = 0; idx < this.#soft.length; idx += 1) {
-        this.#soft[idx] = (this.#soft[idx] ?? 0) + factor * (this.#basisM[start + idx] ?? 0);
+      const start = component * soft.length;
+      for (let idx = 0; idx < soft.length; idx += 1) {
+        soft[idx] = (soft[idx] ?? 0) + factor * (this.#basisM[start + idx] ?? 0);
       }
     }
-    this.#vertices.forEach((vertex, idx) => {
-      this.offsets.set(this.#soft.subarray(idx * 3, idx * 3 + 3), vertex * 3);
-    });
+    for (let idx = 0; idx < this.#vertices.length; idx += 1) {
+      const at = (this.#vertices[idx] ?? 0) * 3;
+      this.offsets[at] = soft[idx * 3] ?? 0;
+      this.offsets[at + 1] = soft[idx * 3 + 1] ?? 0;
+      this.offsets[at + 2] = soft[idx * 3 + 2] ?? 0;
+    }
   }
 }
 
@@ -113,11 +127,30 @@ function formulaOf(source: string): TruthClip["formula"] {
   return { motion, tempoHz: Number(tempo) / 100, heightM: Number(height) / 1000 };
 }
 
-/** Downloads a clip. Throws an `Error` when it cannot be had or is not for this body. */
-export async function loadClip(name: string, body: Body, signal: AbortSignal): Promise<TruthClip> {
-  const address = FILES[fileOf(name)];
+/** Downloads a clip of `sex`, whose body this is. Throws an `Error` when it cannot be had or is not for it. */
+export async function loadClip(
+  name: string,
+  { sex, body }: { sex: Sex; body: Body },
+  options: { signal: AbortSignal; onProgress: (loadedBytes: number) => void },
+): Promise<TruthClip> {
+  const address = FILES[folderOf(sex) + name + ENDING];
   if (!address) throw new Error(`There is no clip ${name}.`);
-  const response = await fetch(address, { signal });
+  const response = await fetch(address, { signal: options.signal });
   if (!response.ok) throw new Error(`The server answered ${response.status} for the clip ${name}.`);
-  return new TruthClip(name, await response.arrayBuffer(), body);
+  let loaded = 0;
+  const counted = response.body?.pipeThrough(
+    new TransformStream<Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>>({
+      transform(chunk, controller) {
+        loaded += chunk.length;
+        options.onProgress(loaded);
+        controller.enqueue(chunk);
+      },
+    }),
+  );
+  return new TruthClip(name, await new Response(counted).arrayBuffer(), body);
+}
+
+/** What the progress bar calls the file of a clip. */
+export function clipFile(sex: Sex, name: string): string {
+  return `clips/${sex}/${name}${ENDING}`;
 }

@@ -11,8 +11,12 @@ const FOV_Y_RADIANS = 0.6;
 const ASPECT = { one: 0.62, row: 0.54, further: 0.4 };
 /** The panel with its margin: `--panel` in base.css and one gap. */
 const PANEL_WIDTH_PX = { usual: 348, short: 288 };
-const READINGS_WIDTH_PX = 302;
+/** Plots and timings, or the narrower caption, with their margins. */
+const READINGS_WIDTH_PX = { usual: 302, caption: 248 };
 const SHEET_HEIGHT_PX = 160;
+/** What the caption takes below the bodies of a phone that is tall enough for all of it. */
+const SHEET_CAPTION_PX = 120;
+const tallScreen = matchMedia("(min-height: 741px)");
 /** Title with names, and the playback bar: low pictures have no room for a body behind them. */
 const SHORT_COVERED_PX = { top: 96, bottom: 70 };
 /** Share of the height that is free which a standing body takes. */
@@ -20,7 +24,10 @@ const SHORT_BODY = 0.72;
 
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
 export function coveredPixels(): { top: number; right: number; bottom: number } {
-  if (narrowScreen.matches) return { top: 0, right: 0, bottom: SHEET_HEIGHT_PX };
+  if (narrowScreen.matches) {
+    const caption = tallScreen.matches && byId("caption").checkVisibility() ? SHEET_CAPTION_PX : 0;
+    return { top: 0, right: 0, bottom: SHEET_HEIGHT_PX + caption };
+  }
   return shortScreen.matches
     ? { ...SHORT_COVERED_PX, right: PANEL_WIDTH_PX.short }
     : { top: 0, right: PANEL_WIDTH_PX.usual, bottom: 0 };
@@ -202,10 +209,11 @@ export class View {
     };
   }
 
-  /** What plots and timings cover of a row of actors. */
+  /** What plots, timings and the caption cover of a row of actors. */
   get #coveredLeftPx(): number {
     if (this.#main.bodies.length < 2 || narrowScreen.matches) return 0;
-    return byId("plots").hidden && byId("hud").hidden ? 0 : READINGS_WIDTH_PX;
+    if (!byId("plots").hidden || !byId("hud").hidden) return READINGS_WIDTH_PX.usual;
+    return byId("caption").hidden ? 0 : READINGS_WIDTH_PX.caption;
   }
 
   /** How much further away the camera must be for all actors to fit the width that is free. */

@@ -21,3 +21,9 @@ declare module "virtual:traits" {
   const traits: Record<"female" | "male", readonly Trait[]>;
   export default traits;
 }
+
+declare module "virtual:sizes" {
+  /** Bytes by file: `core`, `renderer`, paths under `models`, and `clips/BODY/NAME.safetensors`. */
+  const sizes: Readonly<Record<string, number>>;
+  export default sizes;
+}

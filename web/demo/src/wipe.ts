@@ -1,4 +1,5 @@
 import { byId } from "./dom.js";
+import { bindHold } from "./hold.js";
 import { coveredPixels } from "./view.js";
 
 const KEY_STEP = 0.02;
@@ -9,6 +10,8 @@ export interface WipeActions {
   setLeftShare(share: number): void;
   /** The visitor has moved the divider: share of the picture's free width. */
   setSplit(split: number): void;
+  /** A name is held, or let go: to show this actor alone, or both again. */
+  hold(side: "left" | "right" | null): void;
 }
 
 /**
@@ -29,7 +32,6 @@ export class Wipe {
     this.#bindName("left");
     this.#bindName("right");
     addEventListener("resize", () => this.#show());
-    addEventListener("blur", () => this.hold(null));
   }
 
   /** Shows the divider, or one actor alone. */
@@ -107,24 +109,6 @@ export class Wipe {
   }
 
   #bindName(side: "left" | "right"): void {
-    const name = byId(`name-${side}`);
-    name.addEventListener("pointerdown", (event) => {
-      name.setPointerCapture(event.pointerId);
-      this.hold(side);
-    });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const) {
-      name.addEventListener(end, () => this.hold(null));
-    }
-    const isPress = (event: KeyboardEvent) => event.key === " " || event.key === "Enter";
-    name.addEventListener("keydown", (event) => {
-      if (!isPress(event)) return;
-      event.preventDefault();
-      event.stopPropagation();
-      this.hold(side);
-    });
-    name.addEventListener("keyup", (event) => {
-      if (isPress(event)) this.hold(null);
-    });
-    name.addEventListener("contextmenu", (event) => event.preventDefault());
+    bindHold(byId(`name-${side}`), (held) => this.#actions.hold(held ? side : null));
   }
 }

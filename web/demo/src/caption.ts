@@ -1,0 +1,76 @@
+import type { Bundle } from "dynaskin";
+import { type Training, trainingOf } from "./about.js";
+import { type ActorKind, actorLabel } from "./actors.js";
+import { byId, create } from "./dom.js";
+import type { Shown } from "./lineup.js";
+import { heldOut } from "./measured.js";
+import type { Settings } from "./settings.js";
+
+/** Where the difference is to be looked for. */
+const WHERE = "Watch chest, belly, buttocks and thighs as the feet land.";
+
+/**
+ * Says what differs between the actors on the screen, and what the networks of dynaskin (null while they
+ * are being loaded) learned from and how well; until the visitor has closed it, or numbers take its place.
+ */
+export function describeDifference(
+  settings: Settings,
+  shown: readonly Shown[],
+  bundle: Bundle | null,
+): void {
+  const { layout, caption } = settings;
+  const hasOther = settings.plots || settings.hud;
+  byId("caption").hidden = !caption || shown.length === 0 || hasOther;
+  byId("caption").classList.toggle("row", layout === "side" && shown.length > 1);
+  const kinds = shown.map(({ kind }) => kind);
+  const { title, text, where = "", hold } = differenceOf(settings, kinds);
+  byId("caption-what").replaceChildren(
+    create("strong", { textContent: title }),
+    ` ${text} `,
+    create("span", { className: "where", textContent: where }),
+    ` ${hold}`,
+  );
+  byId("caption-learned").textContent = bundle ? learned(bundle) : "Its networks are being loaded.";
+}
+
+/** What the caption says before it comes to what was learned. */
+interface Difference {
+  title: string;
+  text: string;
+  /** Where to look; a phone has no room for it. */
+  where?: string;
+  hold: string;
+}
+
+function differenceOf({ layout }: Settings, kinds: readonly ActorKind[]): Difference {
+  const [first = "", second = ""] = kinds;
+  if (kinds.length === 1) {
+    const hold = first === "linear" ? "" : "Hold its name (A) to see it without its tissue.";
+    return { title: `${actorLabel(first)}.`, text: "One body alone.", hold };
+  }
+  const hold =
+    layout === "wipe"
+      ? "Drag the divider, or hold a name (A, B)."
+      : "Hold a name (A, B) to compare.";
+  if (kinds.length === 2 && first === "linear" && second === "dynaskin") {
+    const text =
+      "On the left it only follows the bones; on the right dynaskin lets the flesh lag, swing and settle.";
+    return { title: "One motion, two skins.", text, where: WHERE, hold };
+  }
+  const count = ["two", "three", "four"][kinds.length - 2] ?? "some";
+  return { title: "One motion,", text: `${count} ways to move the skin.`, where: WHERE, hold };
+}
+
+function learned(bundle: Bundle): string {
+  const { frames }: Training = trainingOf(bundle);
+  const unseen = heldOut(bundle);
+  const from =
+    `dynaskin learned from ${frames?.toLocaleString("en") ?? "many"} frames of simulated tissue, not from ` +
+    "recordings of people.";
+  if (!unseen) return from;
+  const { errorMm, staticMm } = unseen;
+  return (
+    `${from} On motions it never saw it is ${errorMm.toFixed(1)} mm off in the soft regions, plain ` +
+    `skinning ${staticMm.toFixed(1)} mm.`
+  );
+}
