@@ -1,6 +1,8 @@
 """Makes the demo's ground-truth clips from files of `dynaskin simulate`.
 
-    python3 scripts/demo-clips.py DATA_FOLDER        (needs numpy and safetensors)
+    python3 scripts/demo-clips.py BODY DATA_FOLDER   (needs numpy and safetensors)
+
+BODY, `female` or `male`, is the folder of `web/demo/clips` that they are for.
 
 Takes motions that are made by formula and held out of training, never captures, keeps the seconds
 with movement, and stores the offsets as a product: f16 `basis_m` [K, V, 3] times f32
@@ -25,7 +27,7 @@ LARGEST_BYTES = 1_000_000
 OUT = Path(__file__).parent.parent / "web" / "demo" / "clips"
 
 
-def make(name: str, source: Path, start_seconds: float, end_seconds: float) -> None:
+def make(out: Path, source: Path, start_seconds: float, end_seconds: float) -> None:
     with safe_open(source, "np") as file:
         metadata = file.metadata()
     if metadata["format"] != "dynaskin-clip" or metadata["version"] != "2":
@@ -44,7 +46,6 @@ def make(name: str, source: Path, start_seconds: float, end_seconds: float) -> N
     kept_m = np.einsum("tk,kvc->tvc", coefficients, basis_m.astype(np.float64))
     misses_mm = 1000 * np.linalg.norm(kept_m - offsets_m, axis=2)
 
-    out = OUT / f"{name}.safetensors"
     tensors = {
         "basis_m": basis_m,
         "coefficients": coefficients,
@@ -58,7 +59,7 @@ def make(name: str, source: Path, start_seconds: float, end_seconds: float) -> N
     method = str(json.loads(metadata["sim"])["method"])
     loss = {"mean_loss_mm": f"{misses_mm.mean():.3f}", "largest_loss_mm": f"{misses_mm.max():.2f}"}
     about = {"format": "dynaskin-clip-basis", "version": "1", **kept, "sim_method": method, **loss}
-    OUT.mkdir(parents=True, exist_ok=True)
+    out.parent.mkdir(parents=True, exist_ok=True)
     save_file(tensors, out, about)
     size = out.stat().st_size
     print(
@@ -70,10 +71,12 @@ def make(name: str, source: Path, start_seconds: float, end_seconds: float) -> N
 
 
 def main() -> None:
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 3 or sys.argv[1] not in ("female", "male"):
         raise SystemExit(__doc__)
+    body, data = sys.argv[1], Path(sys.argv[2])
     for name, source, start_seconds, end_seconds in CLIPS:
-        make(name, Path(sys.argv[1]) / f"{source}.safetensors", start_seconds, end_seconds)
+        out = OUT / body / f"{name}.safetensors"
+        make(out, data / f"{source}.safetensors", start_seconds, end_seconds)
 
 
 if __name__ == "__main__":
