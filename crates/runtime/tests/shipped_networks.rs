@@ -1,4 +1,5 @@
-//! The networks in `models/`, run on a hop by tract and by onnxruntime: the same numbers.
+//! The networks in `models/`, those of the compared methods among them, run on a hop by tract and by
+//! onnxruntime: the same numbers.
 
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
@@ -17,6 +18,9 @@ use dynaskin_runtime::features::{Materials, clip_features};
 use plain_tract::PlainTract;
 use serde_json::{Value, json};
 
+/// Long enough for a flight and a landing.
+const TICKS: usize = 90;
+
 /// Latents and offsets may differ by this share of the largest number of their kind.
 const TOLERANCE: f64 = 1e-4;
 
@@ -24,10 +28,23 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Features of a hop, one row a tick.
-fn hop_features(folder: &Path) -> Result<Vec<Vec<f32>>> {
+/// Every bundle of a body: the default one, and those of the compared methods.
+fn bundles(body_folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut folders = vec![body_folder.to_owned()];
+    let methods = body_folder.join("methods");
+    if methods.is_dir() {
+        let entries = std::fs::read_dir(methods)?.map(|entry| Ok(entry?.path()));
+        folders.extend(entries.collect::<Result<Vec<_>>>()?);
+    }
+    folders.retain(|folder| folder.join("bundle.json").is_file());
+    folders.sort();
+    Ok(folders)
+}
+
+/// Features of a hop on the body of `body_folder`, one row a tick.
+fn hop_features(folder: &Path, body_folder: &Path) -> Result<Vec<Vec<f32>>> {
     let kind = Bundle::from_json(&std::fs::read(folder.join("bundle.json"))?)?.feature_kind;
-    let body = BodyModel::from_glb(&std::fs::read(folder.join("body.glb"))?)?;
+    let body = BodyModel::from_glb(&std::fs::read(body_folder.join("body.glb"))?)?;
     let shape = [0.0; SHAPE_COUNT];
     let joints_m = body.shaped(&shape).joints_m;
     let clip = Procedural::new(ProceduralKind::Hop).clip(&joints_m)?;
@@ -35,7 +52,7 @@ fn hop_features(folder: &Path) -> Result<Vec<Vec<f32>>> {
     let width = kind.count();
     Ok(features
         .chunks(width)
-        .take(180)
+        .take(TICKS)
         .map(<[f32]>::to_vec)
         .collect())
 }
@@ -63,9 +80,14 @@ fn shipped_networks_give_onnxruntimes_numbers() {
         );
         return;
     }
-    for name in ["female", "male"] {
-        let folder = repository().join("models").join(name);
-        let features = hop_features(&folder).unwrap();
+    let bodies = ["female", "male"].map(|name| repository().join("models").join(name));
+    let bundles = bodies.iter().flat_map(|body| {
+        let folders = bundles(body).unwrap();
+        folders.into_iter().map(move |folder| (folder, body))
+    });
+    for (folder, body_folder) in bundles {
+        let name = folder.strip_prefix(repository()).unwrap().display();
+        let features = hop_features(&folder, body_folder).unwrap();
         let mut case = run_tract(&folder, &features);
         case["features"] = json!(features);
         case["tolerance"] = json!(TOLERANCE);
