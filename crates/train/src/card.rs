@@ -11,7 +11,8 @@ const MOCAP_ACKNOWLEDGEMENT: &str = "The data used in this project was obtained 
 
 /// The model card of the bundle `name` as Markdown.
 pub fn model_card(name: &str, licence: &str, facts: &TrainingFacts, report: &Report) -> String {
-    let mut card = format!("# Model card: dynaskin `{name}`\n\n");
+    let method = facts.method.label();
+    let mut card = format!("# Model card: {method} `{name}`\n\n");
     // Writing to a string cannot fail.
     let _ = write!(
         card,
