@@ -5,7 +5,8 @@ struct Material {
     first_linear: vec3<f32>,
     two_tone: u32,
     second_linear: vec3<f32>,
-    padding: f32,
+    // How far from the hem a vertex is whose fourth number is 0 (in the first colour) or 1.
+    hem_reach_m: f32,
 }
 
 @group(1) @binding(7) var<uniform> material: Material;
@@ -15,7 +16,7 @@ struct BodyVarying {
     @location(0) position_world_m: vec3<f32>,
     @location(1) normal_world: vec3<f32>,
     @location(2) position_rest_m: vec3<f32>,
-    // Colour as painted, sRGB, and the share of the material's second colour.
+    // Colour as painted, sRGB, and how far the material's second colour is.
     @location(3) color: vec4<f32>,
     @location(4) offset_size_m: f32,
 }
@@ -47,23 +48,24 @@ struct Surface {
     open: f32,
 }
 
-// The painted surface. Where two colours meet, the edge is where their mixture is even, one pixel
-// wide; beside it the cloth has a darker seam, and its thickness shades the skin.
+// The painted surface. Where two colours meet, the edge is one pixel wide; beside it the cloth has
+// a darker seam, and its thickness shades the skin.
 fn painted_surface(in: BodyVarying) -> Surface {
     let interpolated = linear_from_srgb(in.color.rgb);
-    let per_pixel = max(fwidth(in.color.a), 1e-5);
-    let pixel_m = max(length(fwidth(in.position_rest_m)), 1e-6);
+    // Metres past the edge into the second colour, and how many of them a pixel covers.
+    let past_edge_m = (2.0 * in.color.a - 1.0) * material.hem_reach_m;
+    let pixel_m = max(fwidth(past_edge_m), 1e-6);
     if material.two_tone == 0u {
         return Surface(interpolated, skin_share(interpolated), 1.0);
     }
-    let past_edge = in.color.a - 0.5;
-    let second = clamp(past_edge / per_pixel + 0.5, 0.0, 1.0);
+    let second = clamp(past_edge_m / pixel_m + 0.5, 0.0, 1.0);
     let albedo = mix(material.first_linear, material.second_linear, second);
     let first_skin = skin_share(material.first_linear);
     let second_skin = skin_share(material.second_linear);
-    // Metres past the edge into the cloth, from how fast the mixture changes here.
-    let into_cloth_m = past_edge / per_pixel * pixel_m * sign(first_skin - second_skin + 1e-6);
-    let seam = smoothstep(0.0045, 0.006, into_cloth_m) * (1.0 - smoothstep(0.006, 0.0075, into_cloth_m));
+    let into_cloth_m = past_edge_m * sign(first_skin - second_skin + 1e-6);
+    // From afar the seam is fainter, not narrower than a pixel.
+    let seam_m = max(0.0015, pixel_m);
+    let seam = (1.0 - smoothstep(0.0, seam_m, abs(into_cloth_m - 0.006))) * 0.0015 / seam_m;
     let beside = smoothstep(-0.007, 0.0, into_cloth_m) * (1.0 - smoothstep(0.0, 0.0015, into_cloth_m));
     return Surface(
         albedo * (1.0 - 0.35 * seam),
@@ -99,7 +101,8 @@ fn highlight(normal: vec3<f32>, view: vec3<f32>, light: vec3<f32>, roughness: f3
 }
 
 // Lambert's cosine bent around the edge, per channel, and scaled so that it reflects no more
-// light: in skin, light that entered beside the edge leaves behind it, red farthest.
+// light: in skin, light that entered beside the edge leaves behind it, red a little farther. Much
+// farther, and every hollow that turns away from the key would have a red rim, like a rash.
 fn wrapped(cosine: f32, wrap: vec3<f32>) -> vec3<f32> {
     let bent = clamp((cosine + wrap) / (1.0 + wrap), vec3<f32>(0.0), vec3<f32>(1.0));
     return bent / (1.0 + wrap);
@@ -108,31 +111,37 @@ fn wrapped(cosine: f32, wrap: vec3<f32>) -> vec3<f32> {
 // Diffuse light arrives as radiance times π: this is the exposure over π.
 const EXPOSURE = 0.37;
 
+// What skin makes of the light that comes from all around: the cool room would turn it grey, but most
+// of that light has been inside the skin, or comes from skin beside it.
+const SKIN_SHADE = vec3<f32>(1.50, 1.24, 1.03);
+
 struct Shading {
     diffuse: vec3<f32>,
     specular: vec3<f32>,
 }
 
 fn studio_light(in: BodyVarying, normal: vec3<f32>, view: vec3<f32>, skin_like: f32) -> Shading {
-    let wrap = mix(vec3<f32>(0.12), vec3<f32>(0.27, 0.16, 0.12), skin_like);
+    let wrap = mix(vec3<f32>(0.12), vec3<f32>(0.17, 0.15, 0.14), skin_like);
     let roughness = mix(0.82, 0.47, skin_like);
     let f0 = mix(0.022, 0.030, skin_like);
 
     let n_key = dot(normal, frame.key_world);
-    let shadow = key_visibility(in.position_world_m, normal, 0.005);
-    // Faces turned away are dark by their cosine; the map would cut the bent edge off.
-    let key_seen = mix(1.0, shadow, smoothstep(-0.25, 0.12, n_key));
+    // Where light is bent around the edge, the body itself stands in its way, which the cosine tells
+    // already: only what is farther away throws a shadow there, such as an arm.
+    let past_self_m = 0.03 * (1.0 - smoothstep(-0.10, 0.12, n_key));
+    let key_seen = key_visibility(in.position_world_m + past_self_m * frame.key_world, normal, 0.005);
 
     // The floor hides the sky from what is close to it and looks down.
     let height_m = max(in.position_world_m.y, 0.0);
     let near_floor = 1.0 - smoothstep(0.0, 0.30, height_m);
     let open = 1.0 - near_floor * (0.55 - 0.35 * normal.y);
 
+    let fill = FILL_RADIANCE * wrapped(dot(normal, frame.fill_world), vec3<f32>(0.35));
+    let around = mix(vec3<f32>(1.0), SKIN_SHADE, skin_like) * (fill + ambient(normal)) * open;
     var light: Shading;
     light.diffuse = KEY_RADIANCE * wrapped(n_key, wrap) * key_seen
-        + FILL_RADIANCE * wrapped(dot(normal, frame.fill_world), vec3<f32>(0.35)) * open
         + RIM_RADIANCE * 0.35 * wrapped(dot(normal, frame.rim_world), vec3<f32>(0.0))
-        + ambient(normal) * open;
+        + around;
     light.specular = KEY_RADIANCE * highlight(normal, view, frame.key_world, roughness, f0) * key_seen
         + FILL_RADIANCE * highlight(normal, view, frame.fill_world, roughness, f0)
         + RIM_RADIANCE * highlight(normal, view, frame.rim_world, roughness, f0);
@@ -145,8 +154,11 @@ fn studio_light(in: BodyVarying, normal: vec3<f32>, view: vec3<f32>, skin_like: 
 @fragment
 fn fs_body(in: BodyVarying, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     let outward = normalize(in.normal_world);
-    let normal = select(-outward, outward, front);
     let view = normalize(frame.eye_world_m - in.position_world_m);
+    // The inside, where it is seen. Not along the outline: there a triangle that just turns away may
+    // win a sample, and is lit like its neighbour.
+    let inside = !front && dot(outward, view) < -0.25;
+    let normal = select(outward, -outward, inside);
     let painted = painted_surface(in);
     let texture = mix(knit(in.position_rest_m), 1.0, painted.skin_like);
     let skin_like = select(painted.skin_like, 0.3, frame.heat_on == 1u);

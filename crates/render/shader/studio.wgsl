@@ -15,10 +15,12 @@ const GROUND_IRRADIANCE = vec3<f32>(0.20, 0.18, 0.165);
 // at least a texel.
 fn key_visibility(position_world_m: vec3<f32>, normal_world: vec3<f32>, step_m: f32) -> f32 {
     let spread_m = max(step_m, frame.shadow_texel_m);
-    // Pushing the point out along its normal keeps slanted faces from shading themselves.
-    let slant = 1.0 - clamp(dot(normal_world, frame.key_world), 0.0, 1.0);
+    // Pushing the point out along its normal keeps slanted faces from shading themselves: the grid
+    // reaches 1.5 steps and a texel to each side, and along the light a face falls by that times its
+    // slope. The rest is for triangles, which lie below the surface that the normals tell of.
+    let along_key = clamp(dot(normal_world, frame.key_world), 0.0, 1.0);
     let lifted_m = position_world_m
-        + normal_world * spread_m * (0.7 + 1.6 * slant);
+        + normal_world * spread_m * (0.6 + 1.7 * sqrt(1.0 - along_key * along_key));
     let clip = frame.shadow_from_world * vec4<f32>(lifted_m, 1.0);
     let center = clip.xy * vec2<f32>(0.5, -0.5) + 0.5;
     // The floor may lie beyond the fitted depth range: whatever the map holds is in front of it.

@@ -1,11 +1,13 @@
 //! One body on the GPU.
 
+use std::borrow::Cow;
+
 use glam::Mat4;
 
 use crate::{
     BodyMesh, Gpu, RenderError, SkinningPath, check,
     gpu_data::{JOINT_COUNT, MaterialUniform, SKIN_WORKGROUP, SkinUniform},
-    paint::Paint,
+    paint::{Hem, Paint},
     parts::{RestParts, WorldPart},
     pipelines::Pipelines,
 };
@@ -34,6 +36,8 @@ pub(crate) struct Body {
     normals_rest: wgpu::Buffer,
     offset_sizes_m: wgpu::Buffer,
     colors: wgpu::Buffer,
+    /// Cut with the first surface: how far apart vertices are is not known before.
+    hem: Option<Hem>,
     joints: wgpu::Buffer,
     weights: wgpu::Buffer,
     matrices: wgpu::Buffer,
@@ -161,6 +165,7 @@ impl Body {
             normals_rest,
             offset_sizes_m,
             colors,
+            hem: paint.hem,
             joints,
             weights,
             matrices,
@@ -214,6 +219,10 @@ impl Body {
         );
         queue.write_buffer(&self.normals_rest, 0, bytemuck::cast_slice(normals_rest));
         queue.write_buffer(&self.offset_sizes_m, 0, bytemuck::cast_slice(sizes_m));
+        if let Some(hem) = self.hem.take() {
+            let still_m = without_offsets(positions_rest_m, offsets);
+            queue.write_buffer(&self.colors, 0, &hem.cut(&still_m));
+        }
         self.parts.update(positions_rest_m);
         self.stale = true;
         self.has_surface = true;
@@ -311,6 +320,18 @@ impl Body {
         }
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);
+    }
+}
+
+/// The surface as it would be at rest, where the offsets say so: clothes are cut the same then
+/// whenever a body appears.
+fn without_offsets<'a>(positions_m: &'a [f32], offsets: OffsetSizes<'_>) -> Cow<'a, [f32]> {
+    match offsets {
+        OffsetSizes::Vectors(offsets_m) => {
+            let pairs = positions_m.iter().zip(offsets_m);
+            pairs.map(|(position, offset)| position - offset).collect()
+        }
+        OffsetSizes::Zero | OffsetSizes::Sizes(_) => positions_m.into(),
     }
 }
 

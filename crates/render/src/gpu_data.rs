@@ -54,7 +54,7 @@ pub(crate) struct MaterialUniform {
     pub first_linear: [f32; 3],
     pub two_tone: u32,
     pub second_linear: [f32; 3],
-    pub padding: f32,
+    pub hem_reach_m: f32,
 }
 
 const _: () = assert!(size_of::<MaterialUniform>() == 32);
@@ -65,7 +65,7 @@ impl MaterialUniform {
         first_linear: [0.0; 3],
         two_tone: 0,
         second_linear: [0.0; 3],
-        padding: 0.0,
+        hem_reach_m: 1.0,
     };
 }
 

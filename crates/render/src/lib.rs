@@ -18,6 +18,7 @@ mod error;
 mod gpu;
 mod gpu_data;
 mod heat;
+mod hem;
 mod mesh;
 mod paint;
 mod parts;

@@ -16,7 +16,8 @@ pub struct BodyMesh<'a> {
     /// Weights of those joints, non-negative, summing to 1 per vertex, `[V][4]` flattened.
     pub skin_weights: &'a [f32],
     /// Painted colours, sRGB and opacity (ignored), `[V][4]` flattened; empty for a plain body. A
-    /// body in two colours and their mixtures is drawn with a sharp edge between them.
+    /// body in two colours and their mixtures is drawn with a sharp edge between them, laid through
+    /// the first surface that it gets.
     pub colors_srgba: &'a [u8],
 }
 

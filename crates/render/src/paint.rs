@@ -3,12 +3,11 @@
 //! A body painted in two colours, skin and clothes, has vertices on the border whose colours are
 //! mixtures. Drawn as they are, the clothes' edge is a smear as wide as a triangle. Such bodies
 //! are told by their colours, all of which lie between two; the shader then draws a sharp edge
-//! where the mixture is even. Colours of whole vertices make that edge a staircase, so the mixture
-//! is smoothed over the mesh first.
+//! where the mixture is even, along a line that [`hem`] lays through the triangles.
 
 use std::collections::HashMap;
 
-use crate::{BodyMesh, gpu_data::MaterialUniform, heat::linear_from_srgb};
+use crate::{BodyMesh, gpu_data::MaterialUniform, heat::linear_from_srgb, hem};
 
 /// Colour of a body that brings none: the light grey of a shop mannequin.
 const PLAIN_SRGB: [u8; 3] = [178, 180, 184];
@@ -19,55 +18,75 @@ const LEAST_DISTANCE: f32 = 40.0;
 /// How far (of 255) a colour may be off the line between the two: files round their colours.
 const LINE_TOLERANCE: f32 = 6.0;
 
-/// Straightens a staircase one triangle high, and keeps straps three triangles wide.
-const SMOOTHING_ROUNDS: usize = 8;
-
 /// A body's colours as the GPU takes them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Paint {
-    /// Red, green, blue (sRGB) and, for two-tone bodies, the share of the second colour; `[V][4]`
-    /// flattened.
+    /// Red, green, blue (sRGB), and a fourth number that [`Hem::cut`] sets; `[V][4]` flattened.
     pub colors: Vec<u8>,
     pub material: MaterialUniform,
+    /// Of bodies in two tones: what their hem is cut from.
+    pub hem: Option<Hem>,
+}
+
+/// The border between a body's two colours, which takes a surface to be laid through.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Hem {
+    colors: Vec<u8>,
+    /// How much of the second colour each vertex has, 0..=1.
+    shares: Vec<f32>,
+    faces: Vec<u32>,
+}
+
+impl Hem {
+    /// The colours, and as their fourth number how far into the second colour each vertex of the
+    /// surface `positions_m` (`[V][3]` flattened, metres) lies: 0 is `hem::REACH_M` away from it,
+    /// 255 as far inside.
+    pub fn cut(mut self, positions_m: &[f32]) -> Vec<u8> {
+        let distances_m = hem::distances_m(&self.shares, &self.faces, positions_m);
+        let vertices = self.colors.as_chunks_mut::<4>().0;
+        for ([_, _, _, coded], distance_m) in vertices.iter_mut().zip(distances_m) {
+            let share = 0.5 + 0.5 * distance_m / hem::REACH_M;
+            *coded = (share * 255.0).round() as u8;
+        }
+        self.colors
+    }
 }
 
 impl Paint {
     /// The colours of `mesh`, plain where it has none.
     pub fn new(mesh: &BodyMesh<'_>) -> Self {
-        let colors_srgba = mesh.colors_srgba;
-        let n_vertices = mesh.vertex_count();
-        if colors_srgba.is_empty() {
+        let plain = |colors| Self {
+            colors,
+            material: MaterialUniform::PLAIN,
+            hem: None,
+        };
+        if mesh.colors_srgba.is_empty() {
             let [r, g, b] = PLAIN_SRGB;
-            return Self {
-                colors: [r, g, b, 0].repeat(n_vertices),
-                material: MaterialUniform::PLAIN,
-            };
+            return plain([r, g, b, 0].repeat(mesh.vertex_count()));
         }
-        let painted = colors_srgba.as_chunks::<4>().0;
+        let colors = mesh.colors_srgba.to_vec();
+        let painted = mesh.colors_srgba.as_chunks::<4>().0;
         let two_tone = two_tones(painted).and_then(|tones| {
             let shares = painted.iter().map(|color| share_of_second(&tones, *color));
             Some((tones, shares.collect::<Option<Vec<f32>>>()?))
         });
-        let Some(([first, second], mut shares)) = two_tone else {
-            return Self {
-                colors: colors_srgba.to_vec(),
-                material: MaterialUniform::PLAIN,
-            };
+        let Some(([first, second], shares)) = two_tone else {
+            return plain(colors);
         };
-        smooth(&mut shares, mesh.faces);
-        let bytes = shares.iter().map(|share| (share * 255.0).round() as u8);
-        let colors = painted.iter().zip(bytes);
         let linear = |tone: [f32; 3]| tone.map(|encoded| linear_from_srgb(encoded / 255.0));
         Self {
-            colors: colors
-                .flat_map(|(&[r, g, b, _], share)| [r, g, b, share])
-                .collect(),
             material: MaterialUniform {
                 first_linear: linear(first),
                 two_tone: 1,
                 second_linear: linear(second),
-                padding: 0.0,
+                hem_reach_m: hem::REACH_M,
             },
+            hem: Some(Hem {
+                colors: colors.clone(),
+                shares,
+                faces: mesh.faces.to_vec(),
+            }),
+            colors,
         }
     }
 }
@@ -104,27 +123,6 @@ fn share_of_second([first, second]: &[[f32; 3]; 2], [r, g, b, _]: [u8; 4]) -> Op
     (distance(color, mixture) <= LINE_TOLERANCE).then_some(share)
 }
 
-/// Moves every share halfway to the mean over its triangles' corners, a few times.
-fn smooth(shares: &mut [f32], faces: &[u32]) {
-    let mut sums = vec![(0.0, 0.0); shares.len()];
-    for _ in 0..SMOOTHING_ROUNDS {
-        sums.fill((0.0, 0.0));
-        for face in faces.as_chunks::<3>().0 {
-            let corners = face.map(|idx| idx as usize);
-            let total: f32 = corners.iter().map(|&idx| shares[idx]).sum();
-            for idx in corners {
-                sums[idx].0 += total;
-                sums[idx].1 += 3.0;
-            }
-        }
-        for (share, &(sum, count)) in shares.iter_mut().zip(&sums) {
-            if count > 0.0 {
-                *share = 0.5 * *share + 0.5 * sum / count;
-            }
-        }
-    }
-}
-
 fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     a.iter()
         .zip(b)
@@ -150,22 +148,14 @@ mod tests {
         })
     }
 
-    fn shares(paint: &Paint) -> Vec<u8> {
-        paint
-            .colors
-            .as_chunks::<4>()
-            .0
-            .iter()
-            .map(|color| color[3])
-            .collect()
-    }
-
     #[test]
     fn mixtures_of_skin_and_cloth_are_told_apart() {
         let paint = paint(&[SKIN, SKIN, SKIN, HALF, CLOTH, CLOTH], &[]);
         assert_eq!(paint.material.two_tone, 1);
-        assert_eq!(shares(&paint), [0, 0, 0, 128, 255, 255]);
         assert!(paint.material.first_linear[0] > paint.material.second_linear[0]);
+        let shares = paint.hem.unwrap().shares;
+        assert_eq!([&shares[..3], &shares[4..]], [&[0.0; 3][..], &[1.0; 2]]);
+        assert!((shares[3] - 0.5).abs() < 0.01, "{shares:?}");
     }
 
     #[test]
@@ -181,32 +171,37 @@ mod tests {
             let expected = Paint {
                 colors,
                 material: MaterialUniform::PLAIN,
+                hem: None,
             };
             assert_eq!(paint(&painted, &[]), expected);
         }
     }
 
     #[test]
-    fn smoothing_keeps_large_areas_and_evens_the_border() {
-        // A strip of 40 rows of two vertices, cloth from row 20 on, on one side from row 21 on.
+    fn a_hem_is_cut_with_its_distance_in_the_fourth_number() {
+        // A strip of 40 rows of two vertices, 10 mm apart, cloth from row 22 on.
         let colors: Vec<[u8; 4]> = (0..80)
-            .map(|idx| if idx / 2 >= 20 + idx % 2 { CLOTH } else { SKIN })
+            .map(|idx| if idx < 44 { SKIN } else { CLOTH })
             .collect();
         let rows = (0..39).flat_map(|row| {
             let at = 2 * row;
             [at, at + 1, at + 2, at + 1, at + 3, at + 2]
         });
-        let smoothed = shares(&paint(&colors, &rows.collect::<Vec<u32>>()));
-        assert!(
-            smoothed[..16].iter().all(|&share| share == 0),
-            "{smoothed:?}"
-        );
-        assert!(
-            smoothed[64..].iter().all(|&share| share == 255),
-            "{smoothed:?}"
-        );
-        for row in smoothed.as_chunks::<2>().0 {
-            assert!(row[0].abs_diff(row[1]) < 40, "{smoothed:?}");
+        let positions_m: Vec<f32> = (0..80)
+            .flat_map(|idx| [0.01 * (idx % 2) as f32, 0.01 * (idx / 2) as f32, 0.0])
+            .collect();
+        let paint = paint(&colors, &rows.collect::<Vec<u32>>());
+        let cut = paint.hem.unwrap().cut(&positions_m);
+        for (idx, [r, g, b, coded]) in cut.as_chunks::<4>().0.iter().enumerate() {
+            assert_eq!([*r, *g, *b], colors[idx][..3]);
+            let distance_m = 0.01 * ((idx / 2) as f32 - 21.5);
+            let expected = 127.5 + 127.5 * (distance_m / hem::REACH_M).clamp(-1.0, 1.0);
+            // 12 of 255 are 5 mm; the ends, where nothing is drawn, may be farther off.
+            let tolerance = if distance_m.abs() < 0.025 { 12.0 } else { 50.0 };
+            assert!(
+                (f32::from(*coded) - expected).abs() < tolerance,
+                "{idx}: {coded} {expected}"
+            );
         }
     }
 }
