@@ -104,6 +104,10 @@ for (const colorScheme of ["light", "dark"] as const) {
     const done = page.locator("#benchmark-note");
     await expect(done).toContainText("medians of nine rounds", { timeout: 120_000 });
     expect(await problemsOf(page, `phone, benchmark, ${colorScheme}`)).toEqual([]);
+    const table = page.locator("#benchmark-holder");
+    expect(await table.evaluate((at) => at.scrollWidth - at.clientWidth)).toBeGreaterThan(0);
+    await table.focus();
+    await expect(table).toBeFocused();
     await context.close();
   });
 }

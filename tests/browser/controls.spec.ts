@@ -15,6 +15,7 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "#actor-third": ["controls", 'getByLabel("Third"'],
   "#benchmark-again": ["controls", '"Measure again"'],
   "#benchmark-copy": ["visitors", '"Copy as text"'],
+  "#benchmark-holder": ["access", '"#benchmark-holder"'],
   "#benchmark-open": ["visitors", '"Run the benchmark on my machine"'],
   "#caption-close": ["controls", '"Close this caption"'],
   "#code-copy": ["compare", '"Copy the program"'],

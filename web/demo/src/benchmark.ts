@@ -144,7 +144,7 @@ export const BENCHMARK_COLUMNS: readonly [string, (row: BenchmarkRow) => string]
     "Files",
     ({ kind, networksKb }) => {
       if (kind === "linear") return "none";
-      return networksKb === null ? "not told" : `${networksKb.toFixed(0)} KB`;
+      return networksKb === null ? "not told" : `${Math.round(networksKb).toLocaleString("en")} KB`;
     },
   ],
   ["Parameters", ({ parameters }) => count(parameters)],

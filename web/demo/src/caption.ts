@@ -28,7 +28,7 @@ export function describeDifference(
     create("strong", { textContent: title }),
     ` ${text} `,
     create("span", { className: "where", textContent: where }),
-    ` ${hold}`,
+    create("span", { className: "hold", textContent: ` ${hold}` }),
   );
   byId("caption-learned").textContent = bundle ? learned(bundle) : "Its networks are being loaded.";
 }

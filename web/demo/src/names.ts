@@ -98,11 +98,12 @@ export class Names {
     const apartPx = over.slice(1).map(({ xPx }, idx) => Math.abs(xPx - (over[idx]?.xPx ?? 0)));
     const roomPx = this.#isAlone ? MOST_WIDTH_PX : Math.min(MOST_WIDTH_PX, ...apartPx);
     const widthPx = Math.max(LEAST_WIDTH_PX, roomPx - GAP_PX);
+    const isBelowTitle = over.some(({ xPx }) => xPx - widthPx / 2 < this.#title.right);
+    const highestPx = (isBelowTitle ? this.#title.bottom : 0) + BELOW_EDGE_PX;
     for (const [idx, { xPx, yPx }] of over.entries()) {
       const element = this.#element(idx);
       if (!element) continue;
-      const isBelowTitle = xPx - widthPx / 2 < this.#title.right;
-      const bottomPx = Math.max((isBelowTitle ? this.#title.bottom : 0) + BELOW_EDGE_PX, yPx);
+      const bottomPx = Math.max(highestPx, yPx);
       element.style.maxWidth = `${widthPx.toFixed(0)}px`;
       element.style.translate = `calc(${xPx.toFixed(1)}px - 50%) calc(${bottomPx.toFixed(1)}px - 100%)`;
     }

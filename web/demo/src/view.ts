@@ -8,14 +8,14 @@ import { OrbitCamera } from "./orbit.js";
 /** Vertical angle of view, in radians. */
 const FOV_Y_RADIANS = 0.6;
 /** Widths over heights of a picture in which one body has room, and what each further one needs. */
-const ASPECT = { one: 0.62, row: 0.54, further: 0.4 };
+const ASPECT = { one: 0.62, row: 0.62, further: 0.4 };
 /** The panel with its margin: `--panel` in base.css and one gap. */
 const PANEL_WIDTH_PX = { usual: 348, short: 288 };
 /** Plots and timings, or the narrower caption, with their margins. */
 const READINGS_WIDTH_PX = { usual: 302, caption: 248 };
 const SHEET_HEIGHT_PX = 160;
-/** What the caption takes below the bodies of a phone that is tall enough for all of it. */
-const SHEET_CAPTION_PX = 120;
+/** What the caption takes below the bodies of a phone; one that is low shows less of it. */
+const SHEET_CAPTION_PX = { tall: 120, low: 70 };
 const tallScreen = matchMedia("(min-height: 741px)");
 /** Title with names, and the playback bar: low pictures have no room for a body behind them. */
 const SHORT_COVERED_PX = { top: 96, bottom: 70 };
@@ -25,8 +25,9 @@ const SHORT_BODY = 0.72;
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
 export function coveredPixels(): { top: number; right: number; bottom: number } {
   if (narrowScreen.matches) {
-    const caption = tallScreen.matches && byId("caption").checkVisibility() ? SHEET_CAPTION_PX : 0;
-    return { top: 0, right: 0, bottom: SHEET_HEIGHT_PX + caption };
+    const caption = tallScreen.matches ? SHEET_CAPTION_PX.tall : SHEET_CAPTION_PX.low;
+    const isShown = byId("caption").checkVisibility();
+    return { top: 0, right: 0, bottom: SHEET_HEIGHT_PX + (isShown ? caption : 0) };
   }
   return shortScreen.matches
     ? { ...SHORT_COVERED_PX, right: PANEL_WIDTH_PX.short }
