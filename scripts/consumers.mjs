@@ -52,16 +52,27 @@ async function install() {
   // The version stays the same between runs, so npm would keep an old copy.
   rmSync(installed("dynaskin"), { recursive: true, force: true });
   await npm("install", "--no-save", "--no-audit", "--no-fund", "--omit=peer", TARBALL);
-  writeReadmePage();
+  writePrograms();
 }
 
-/** The first page of JavaScript in the package's README, as a reader would copy it. */
-function writeReadmePage() {
+/**
+ * The first programs in the package's README and in docs/renderer.md, as a reader would copy them, each
+ * with what the test watches.
+ */
+function writePrograms() {
+  const write = (name, code, watch) => {
+    if (!code) throw new Error(`There is no program for src/${name}.`);
+    writeFileSync(
+      join(FOLDER, "src", name),
+      `${code}import * as watch from "./show.js";\n${watch}\n`,
+    );
+  };
   const readme = readFileSync(installed("dynaskin", "README.md"), "utf8");
-  const [, code] = /```js\n(.*?)```/s.exec(readme) ?? [];
-  if (!code) throw new Error("The package's README begins with no JavaScript.");
-  const watch = 'import { showLargest } from "./show.js";\nshowLargest(avatar);\n';
-  writeFileSync(join(FOLDER, "src", "readme.js"), code + watch);
+  const [, first] = /```js\n(.*?)```/s.exec(readme) ?? [];
+  write("readme.js", first, "watch.showLargest(avatar);");
+  const guide = readFileSync(join(ROOT, "docs", "renderer.md"), "utf8");
+  const [, drawing] = /<script type="module">\n(.*?)<\/script>/s.exec(guide) ?? [];
+  write("renderer.js", drawing, "watch.showDrawn(canvas);");
 }
 
 /** What the lock file names, unless it is there from an earlier run. */
@@ -90,7 +101,7 @@ async function lint() {
 /** Strict applications that check the package's declarations as well. */
 async function types() {
   for (const resolution of ["node16", "bundler"]) {
-    for (const engine of ["three", "babylon"]) {
+    for (const engine of ["three", "babylon", "renderer"]) {
       const project = join(FOLDER, "types", `tsconfig.${resolution}-${engine}.json`);
       await run(process.execPath, [tscProgram(), "-p", project], { quiet: true });
     }
@@ -186,11 +197,20 @@ async function open(browser, name, url) {
   say(`  ${name}: ${title}`);
 }
 
+/** The same for a page that draws with dynaskin/renderer. */
+async function openDrawing(browser, name, url) {
+  const title = await titleOf(browser, name, url);
+  if (!(Number(/^variation ([\d.]+)$/.exec(title)?.[1]) > 15)) throw new Error(`${name}: ${title}`);
+  say(`  ${name}: ${title}`);
+}
+
 async function openAll() {
   const executablePath = findChromium();
   if (!executablePath) throw new Error("Chromium is not installed.");
   const { chromium } = await import("@playwright/test");
-  const args = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"];
+  const args = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"].concat(
+    "--enable-unsafe-swiftshader",
+  );
   const browser = await chromium.launch({ executablePath, args });
   const servers = [];
   const start = async (starting) => {
@@ -201,6 +221,7 @@ async function openAll() {
   try {
     const files = await start(serve({ root: FOLDER }));
     await open(browser, "import map", `${files}/importmap/index.html`);
+    await openDrawing(browser, "import map, renderer", `${files}/importmap/renderer.html`);
     for (const [tool, folder] of [
       ["Vite 8 build", "dist-vite"],
       ["Vite 7 build", "dist-vite7"],
@@ -208,6 +229,7 @@ async function openAll() {
       await open(browser, tool, `${files}/${folder}/index.html`);
       await open(browser, `${tool}, worker`, `${files}/${folder}/worker.html`);
       await open(browser, `${tool}, README`, `${files}/${folder}/readme.html`);
+      await openDrawing(browser, `${tool}, renderer`, `${files}/${folder}/renderer.html`);
     }
     await open(browser, "webpack", `${files}/webpack.html`);
     await open(browser, "webpack, worker", `${files}/webpack-worker.html`);
@@ -219,6 +241,7 @@ async function openAll() {
       const dev = await start(viteDev(installed(name), port, config));
       await open(browser, tool, `${dev}/index.html`);
       await open(browser, `${tool}, worker`, `${dev}/worker.html`);
+      await openDrawing(browser, `${tool}, renderer`, `${dev}/renderer.html`);
     }
     const next = await start(startNext());
     await expectServerRendered(next);

@@ -3,6 +3,6 @@ export default {
   base: "/dist-vite/",
   build: {
     outDir: "dist-vite",
-    rolldownOptions: { input: ["index.html", "worker.html", "readme.html"] },
+    rolldownOptions: { input: ["index.html", "worker.html", "readme.html", "renderer.html"] },
   },
 };

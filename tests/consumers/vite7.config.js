@@ -1,5 +1,5 @@
 // Vite 7's development server needs the one line that docs/troubleshooting.md names.
-const pages = ["index.html", "worker.html", "readme.html"].map(
+const pages = ["index.html", "worker.html", "readme.html", "renderer.html"].map(
   (page) => `${import.meta.dirname}/${page}`,
 );
 
