@@ -84,8 +84,8 @@ fn hem_rows(pixels: &[u8]) -> Vec<Option<f64>> {
         let mut changes = (1..height).filter(|&row| cloth[row] != cloth[row - 1]);
         let row = changes.next()?;
         (changes.next().is_none()
-            && (is_skin(pixels[(row - 3) * width + column])
-                || is_skin(pixels[(row + 3) * width + column])))
+            && (is_skin(pixels[row.saturating_sub(3) * width + column])
+                || is_skin(pixels[(row + 3).min(height - 1) * width + column])))
         .then_some(row as f64)
     });
     columns.collect()
