@@ -16,6 +16,9 @@ const MOST_WIDTH_PX = 240;
 /** From the page's title, or the top of the window, to the lower edge of a name. */
 const BELOW_EDGE_PX = 38;
 
+/** How far below its place over a head a name may hang, in pixels. */
+const LOST_PX = 24;
+
 /** The keys that show an actor alone, where one does. */
 const KEYS: Partial<Record<Shown["slot"], string>> = { left: "A", right: "B" };
 
@@ -104,6 +107,9 @@ export class Names {
       const element = this.#element(idx);
       if (!element) continue;
       const bottomPx = Math.max(highestPx, yPx);
+      // Where it has no room over the head, the name of one alone would cover the face for nothing.
+      const isLost = this.#shown.length === 1 && bottomPx > yPx + LOST_PX;
+      element.style.visibility = isLost ? "hidden" : "";
       element.style.maxWidth = `${widthPx.toFixed(0)}px`;
       element.style.translate = `calc(${xPx.toFixed(1)}px - 50%) calc(${bottomPx.toFixed(1)}px - 100%)`;
     }
