@@ -7,9 +7,9 @@ import { fromHalf, SafeTensors } from "../../web/demo/src/safetensors.js";
 import { legendColours, rampPlaces } from "./ramp.js";
 import { differing, openDemo, picture } from "./support.js";
 
-/** Left and right of the divider, where it stands in the middle of a page 1000 pixels wide. */
-const LEFT = { x: 0.22, y: 0.2, width: 0.08, height: 0.6 };
-const RIGHT = { x: 0.35, y: 0.2, width: 0.1, height: 0.6 };
+/** Left and right of the divider in the middle of a page 1000 pixels wide, below the names. */
+const LEFT = { x: 0.22, y: 0.32, width: 0.08, height: 0.48 };
+const RIGHT = { x: 0.35, y: 0.32, width: 0.1, height: 0.48 };
 
 const switchOf = (page: Page, name: string) => page.getByRole("switch", { name });
 const actor = (page: Page, side: "Left" | "Right") => page.getByLabel(side, { exact: true });
@@ -166,9 +166,10 @@ test("the error's heat map: ground truth is all cold, colours lie on the ramp", 
   const [linear = [], truth = []] = bodies.map(({ left, right, top, bottom }) =>
     rampPlaces(heat, painted, ramp, {
       x: left / heat.width,
-      y: top / heat.height,
+      // Below the name and above the legend.
+      y: (top + 0.12 * (bottom - top)) / heat.height,
       width: (right - left) / heat.width,
-      height: (bottom - top) / heat.height,
+      height: (0.55 * (bottom - top)) / heat.height,
     }),
   );
   const share = (places: (number | null)[], wanted: (place: number) => boolean) =>

@@ -3,7 +3,7 @@ import { expect, type Page, test } from "@playwright/test";
 import type { RegionName } from "dynaskin";
 import type {} from "../../web/demo/src/hook.js";
 import { legendColours, rampPlaces } from "./ramp.js";
-import { differing, openDemo, picture, variation } from "./support.js";
+import { differing, openDemo, picture, STAGE, variation } from "./support.js";
 
 const switchOf = (page: Page, name: string) => page.getByRole("switch", { name });
 const timeSeconds = (page: Page) => page.evaluate(() => window.dynaskinDemo?.timeSeconds ?? 0);
@@ -222,11 +222,12 @@ test("the heat map paints the offsets in the legend's colours", async ({ page })
   await page.keyboard.press("m");
   await page.evaluate((time) => window.dynaskinDemo?.seek(time), peak);
   const plain = await picture(page, "heat-off");
-  const places = rampPlaces(hot, plain, ramp);
+  const aboveLegend = { ...STAGE, height: 0.68 };
+  const places = rampPlaces(hot, plain, ramp, aboveLegend);
   const onRamp = places.filter((place) => place !== null);
   const share = (wanted: (place: number) => boolean) =>
     onRamp.filter(wanted).length / places.length;
-  const painted = rampPlaces(plain, hot, ramp).filter((place) => place !== null);
+  const painted = rampPlaces(plain, hot, ramp, aboveLegend).filter((place) => place !== null);
   console.log(
     `heat map: ${places.length} pixels, on the ramp ${share(() => true).toFixed(3)}, cold ` +
       `${share((place) => place < 0.1).toFixed(3)}, warm ${share((place) => place > 0.4).toFixed(3)}; ` +
