@@ -54,7 +54,7 @@ function differenceOf({ layout }: Settings, kinds: readonly ActorKind[]): Differ
       : "Hold a name (A, B) to compare.";
   if (kinds.length === 2 && first === "linear" && second === "dynaskin") {
     const text =
-      "On the left it only follows the bones; on the right dynaskin lets the flesh lag, swing and settle.";
+      "On the left it only follows the bones; on the right dynaskin lets the soft tissue lag, swing and settle.";
     return { title: "One motion, two skins.", text, where: WHERE, hold };
   }
   const count = ["two", "three", "four"][kinds.length - 2] ?? "some";
