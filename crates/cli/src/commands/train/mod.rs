@@ -91,6 +91,9 @@ pub struct TrainArgs {
     /// AdamW's weight decay.
     #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
     weight_decay: f32,
+    /// How much the change of the error from tick to tick counts beside the error.
+    #[arg(long, default_value_t = TrainConfig::default().velocity_weight)]
+    velocity_weight: f32,
     /// How loud the shape coefficients are beside the thickness of the tissue.
     #[arg(long, default_value_t = TrainConfig::default().shape_loudness)]
     shape_loudness: f32,
@@ -197,6 +200,7 @@ impl TrainArgs {
                 .learning_rate
                 .unwrap_or(TrainConfig::default().learning_rate),
             weight_decay: self.weight_decay,
+            velocity_weight: self.velocity_weight,
             shape_loudness: self.shape_loudness,
             local: !self.global,
             mirror: !self.no_mirror,

@@ -35,6 +35,8 @@ pub struct TrainConfig {
     pub weight_decay: f32,
     /// Largest norm of a parameter's gradient.
     pub clip_norm: f32,
+    /// How much the error's change from tick to tick counts beside the error itself.
+    pub velocity_weight: f32,
     /// How loud the shape coefficients are, beside numbers about the body of deviation 1.
     pub shape_loudness: f32,
     /// Whether each block of the body has springs and cells of its own, which hear its joints only.
@@ -59,6 +61,7 @@ impl Default for TrainConfig {
             learning_rate: 3e-3,
             weight_decay: 0.1,
             clip_norm: 1.0,
+            velocity_weight: 1.5,
             shape_loudness: 0.3,
             local: true,
             mirror: true,
@@ -76,13 +79,15 @@ impl TrainConfig {
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
              lanes{mirrored}; loss: mean over the blocks of the root mean square offset error in \
-             the subspace, in millimetres, averaged over frames.",
+             the subspace, in millimetres, averaged over frames, and {velocity} times the same of its \
+             change from tick to tick.",
             components = self.components,
             encoding = self.encoding,
             springs = self.springs,
             hidden = self.hidden,
             rate = self.learning_rate,
             decay = self.weight_decay,
+            velocity = self.velocity_weight,
             epochs = self.epochs,
             window = self.window,
             lanes = self.lanes,
@@ -116,13 +121,19 @@ impl TrainConfig {
             ("hidden", self.hidden, 1..=4096),
             ("components", self.components, 1..=4096),
             ("pca_frames", self.pca_frames, 1..=50_000),
-            ("window", self.window, 1..=10_000),
+            // Velocities are told by two frames.
+            ("window", self.window, 2..=10_000),
             ("lanes", self.lanes, 1..=4096),
         ])?;
         within([
             ("learning_rate", self.learning_rate, 1e-12..=1.0),
             ("weight_decay", f64::from(self.weight_decay), 0.0..=10.0),
             ("clip_norm", f64::from(self.clip_norm), 1e-6..=1e6),
+            (
+                "velocity_weight",
+                f64::from(self.velocity_weight),
+                0.0..=100.0,
+            ),
             (
                 "shape_loudness",
                 f64::from(self.shape_loudness),

@@ -33,6 +33,8 @@ pub struct Batch {
     pub latents: Tensor<2>,
     /// 1 for frames that count, 0 for those that only fill up a lane, `[frames · lanes]`.
     pub weights: Tensor<1>,
+    /// 1 for frames that count and follow the one before them in the window, `[frames · lanes]`.
+    pub follows: Tensor<1>,
     /// Number of frames that count.
     pub frames: usize,
 }
@@ -97,6 +99,7 @@ impl<'a> Lanes<'a> {
         let mut condition = vec![0.0; rows * conditions];
         let mut latents = vec![0.0; rows * self.latent];
         let mut weights = vec![0.0f32; rows];
+        let mut follows = vec![0.0f32; rows];
         let mut starts = vec![vec![false; lanes]; frames];
         for (lane, sequences) in self.lanes.iter().enumerate() {
             let mut cursor = Cursor::at(sequences, index * frames);
@@ -105,6 +108,9 @@ impl<'a> Lanes<'a> {
                     break;
                 };
                 let row = frame * lanes + lane;
+                if frame > 0 && source > 0 {
+                    follows[row] = 1.0;
+                }
                 starts[lane] = source == 0;
                 weights[row] = 1.0;
                 copy_row(&mut motion, row, &sequence.motion, source, self.motion);
@@ -126,6 +132,7 @@ impl<'a> Lanes<'a> {
             },
             latents: matrix(latents, self.latent),
             weights: Tensor::from_data(TensorData::new(weights, [rows]), device),
+            follows: Tensor::from_data(TensorData::new(follows, [rows]), device),
         }
     }
 }
@@ -213,6 +220,7 @@ mod tests {
             let motion: Vec<f32> = batch.window.motion.into_data().try_to_vec().expect("f32");
             let latents: Vec<f32> = batch.latents.into_data().try_to_vec().expect("f32");
             let weights: Vec<f32> = batch.weights.into_data().try_to_vec().expect("f32");
+            let follows: Vec<f32> = batch.follows.into_data().try_to_vec().expect("f32");
             for (row, weight) in weights.iter().enumerate().filter(|(_, w)| **w == 1.0) {
                 assert_eq!(*weight, 1.0);
                 let (frame, lane) = (row / lanes.count(), row % lanes.count());
@@ -221,6 +229,10 @@ mod tests {
                 });
                 assert_eq!(start, motion[row] % 100.0 == 0.0);
                 assert_eq!(latents[row], -motion[row]);
+                assert_eq!(follows[row] == 1.0, frame > 0 && !start);
+                if follows[row] == 1.0 {
+                    assert_eq!(motion[row], motion[row - lanes.count()] + 1.0);
+                }
                 seen.push(motion[row] as usize);
                 per_lane[lane].push(motion[row]);
             }

@@ -62,7 +62,9 @@ impl BlockSize {
 /// square over a block's vertices of the offset error within the subspace, in millimetres. It is
 /// computed on latents: with an orthonormal basis the squared distance of two latents in metres is
 /// that of the two offset fields. Not squaring the whole keeps violent frames and loose regions from
-/// drowning the rest, and is close to the mean vertex error that models are judged by.
+/// drowning the rest, and is close to the mean vertex error that models are judged by. To it comes, by
+/// [`TrainConfig::velocity_weight`], the same of how the error changes from frame to frame; validation
+/// goes by offsets alone.
 ///
 /// # Errors
 /// [`TrainError::Device`], [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].
@@ -130,7 +132,8 @@ fn run_epoch(
         let batch = lanes.window(index, device);
         let (latents, next) = model.forward(&batch.window, state);
         state = next.detached();
-        let loss = metric.loss_mm(latents, &batch);
+        let velocity = metric.velocity_loss_mm(latents.clone(), &batch);
+        let loss = metric.loss_mm(latents, &batch) + velocity * config.velocity_weight;
         let value = loss.clone().into_scalar::<f32>();
         if !value.is_finite() {
             return Err(TrainError::Diverged {
@@ -226,9 +229,93 @@ impl Metric {
     /// Mean over the frames that count of the vertex error in millimetres.
     fn loss_mm(&self, latents: Tensor<2>, batch: &Batch) -> Tensor<1> {
         let error_mm = (latents - batch.latents.clone()) * self.scale_mm.clone();
+        self.vertex_mm(error_mm).mul(batch.weights.clone()).sum() / batch.frames.max(1) as f32
+    }
+
+    /// Mean over the frames that count of how far the vertex error moves in a tick, in millimetres.
+    fn velocity_loss_mm(&self, latents: Tensor<2>, batch: &Batch) -> Tensor<1> {
+        let error_mm = (latents - batch.latents.clone()) * self.scale_mm.clone();
+        let lanes = batch.window.lanes;
+        let [rows, _] = error_mm.dims();
+        let after = error_mm.clone().narrow(0, lanes, rows - lanes);
+        let change_mm = after - error_mm.narrow(0, 0, rows - lanes);
+        let follows = batch.follows.clone().narrow(0, lanes, rows - lanes);
+        self.vertex_mm(change_mm).mul(follows).sum() / batch.frames.max(1) as f32
+    }
+
+    /// Vertex distance of each row of scaled latents: the mean over the blocks, by their vertices, of the
+    /// root mean square over a block. `[rows]`.
+    fn vertex_mm(&self, error_mm: Tensor<2>) -> Tensor<1> {
         let square = error_mm.powi_scalar(2).matmul(self.membership.clone());
         let blocks = (square + LOSS_FLOOR_MM * LOSS_FLOOR_MM).sqrt() - LOSS_FLOOR_MM;
-        let frame = blocks.matmul(self.share.clone()); // [frames · lanes, 1]
-        (frame.squeeze_dim::<1>(1) * batch.weights.clone()).sum() / batch.frames.max(1) as f32
+        let frame = blocks.matmul(self.share.clone()); // [rows, 1]
+        frame.squeeze_dim::<1>(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::methods::dynaskin::predictor::Window;
+
+    /// Two lanes of three frames whose errors are `errors`, in units in which a latent is a
+    /// millimetre; the second lane's last frame begins a clip.
+    fn losses_mm(errors: [[f32; 2]; 3]) -> (f32, f32) {
+        let device = Device::flex();
+        let data = PredictorData {
+            training: Vec::new(),
+            validation: Vec::new(),
+            deviation_m: vec![0.002],
+            blocks: vec![BlockSize {
+                latents: 1,
+                vertices: 4,
+            }],
+            locality: Locality::everywhere(1, 1, 1),
+            motion: 1,
+            conditions: 1,
+        };
+        let column = |numbers: Vec<f32>| {
+            let shape = [numbers.len(), 1];
+            Tensor::<2>::from_data(TensorData::new(numbers, shape), &device)
+        };
+        let row = |numbers: [f32; 6]| {
+            Tensor::<1>::from_data(TensorData::new(numbers.to_vec(), [6]), &device)
+        };
+        let batch = Batch {
+            window: Window {
+                motion: column(vec![0.0; 6]),
+                condition: column(vec![0.0; 6]),
+                keep: vec![None, None, None],
+                lanes: 2,
+            },
+            latents: column(vec![5.0; 6]),
+            weights: row([1.0; 6]),
+            follows: row([0.0, 0.0, 1.0, 1.0, 1.0, 0.0]),
+            frames: 6,
+        };
+        let metric = Metric::new(&data, &device);
+        let latents = column(errors.as_flattened().iter().map(|e| 5.0 + e).collect());
+        let mean = metric.loss_mm(latents.clone(), &batch).into_scalar::<f32>();
+        let velocity = metric
+            .velocity_loss_mm(latents, &batch)
+            .into_scalar::<f32>();
+        (mean, velocity)
+    }
+
+    #[test]
+    fn an_error_that_stays_costs_nothing_in_velocity() {
+        let (offset_mm, velocity_mm) = losses_mm([[3.0, -3.0]; 3]);
+        assert!((offset_mm - 3.0).abs() < LOSS_FLOOR_MM, "{offset_mm}");
+        assert!(velocity_mm.abs() < 1e-6, "{velocity_mm}");
+    }
+
+    #[test]
+    fn changes_count_within_a_clip_and_a_lane_only() {
+        // The first lane's error rises by 2 mm a tick, the second's jumps where a clip begins.
+        let (_, velocity_mm) = losses_mm([[1.0, 4.0], [3.0, 4.0], [5.0, -60.0]]);
+        assert!(
+            (velocity_mm - 4.0 / 6.0).abs() < LOSS_FLOOR_MM,
+            "{velocity_mm}"
+        );
     }
 }
