@@ -31,8 +31,9 @@ pub struct Drift {
 }
 
 /// Plays a held-out clip again and again for `minutes` (at least two), with a smooth way from each
-/// end to the next start, and compares the first minute with the last (in whole passes). The truth of each pass is the
-/// clip's own, but for its first second. `progress` is told methods done and in all.
+/// end to the next start, and compares the first minute with the last: as many whole passes as a
+/// minute holds, so that both hold the same frames. The truth of each pass is the clip's own, but for
+/// its first second. `progress` is told methods done and in all.
 ///
 /// # Errors
 /// [`TrainError::Config`] for a clip that is too short; [`TrainError::Runtime`], and what reading a
@@ -53,53 +54,110 @@ pub fn drift(
             expected: format!("a clip of more than {LEAD_TICKS} frames and two minutes or more"),
         });
     }
-    let (truth, groups) = (offsets_of(&clip), Groups::new(model, &data_set.vertices));
     let pass = looped(&motion_of(&clip));
-    // Minutes of whole passes, so that the first and the last hold the same frames.
-    let per_minute = (MINUTE_TICKS / pass.frames.len()).max(1);
-    let passes = minutes * per_minute;
-    let ticks = passes * pass.frames.len();
-    let coordinates = 3 * data_set.vertices.len();
-    let still = vec![0.0; coordinates];
-    let counts = |tick: usize| {
-        let frame = tick % pass.frames.len();
-        let minute = tick / MINUTE_TICKS;
-        (minute == 0 || minute + 1 == minutes) && (LEAD_TICKS..clip.frame_count()).contains(&frame)
+    let passes = Passes::over(minutes, pass.frames.len());
+    let mut motion = pass.clone();
+    motion.frames = std::iter::repeat_n(&pass.frames, passes.all)
+        .flatten()
+        .cloned()
+        .collect();
+    let truth = Truth {
+        offsets_m: &offsets_of(&clip),
+        groups: &Groups::new(model, &data_set.vertices),
+        coordinates: 3 * data_set.vertices.len(),
     };
+    let still = vec![0.0; truth.coordinates];
     let all = contestants.len();
     let mut drifts = Vec::new();
     for contestant in contestants {
-        let (mut offset_mm, mut error_mm) = ([0.0; 2], [0.0; 2]);
-        let mut frames = [0usize; 2];
-        let mut add = |tick: usize, predicted: &[f32]| {
-            let frame = tick % pass.frames.len();
-            let end = usize::from(tick / pass.frames.len() >= per_minute);
-            let truth = &truth[frame * coordinates..(frame + 1) * coordinates];
-            offset_mm[end] += f64::from(groups.errors_mm(predicted, &still)[1]);
-            error_mm[end] += f64::from(groups.errors_mm(truth, predicted)[1]);
-            frames[end] += 1;
-        };
-        match &mut contestant.player {
-            None => (0..ticks)
-                .filter(|tick| counts(*tick))
-                .for_each(|tick| add(tick, &still)),
+        drifts.push(match &mut contestant.player {
+            None => truth.drift(passes, |wanted, see| {
+                let ticks = (0..passes.all * passes.ticks).filter(|tick| wanted(*tick));
+                ticks.for_each(|tick| see(tick, &still));
+                Ok(())
+            })?,
             Some(player) => {
-                let mut motion = pass.clone();
-                motion.frames = (0..ticks)
-                    .map(|tick| pass.frames[tick % pass.frames.len()].clone())
-                    .collect();
                 let features = features_of(player.feature_kind(), model, &motion, &clip)?;
-                player.visit(&features, counts, add)?;
+                truth.drift(passes, |wanted, see| player.visit(&features, wanted, see))?
             }
-        }
-        let per = |sums: [f64; 2]| [0, 1].map(|end| sums[end] / frames[end].max(1) as f64);
-        drifts.push(Drift {
-            offset_mm: per(offset_mm),
-            error_mm: per(error_mm),
         });
         progress(drifts.len(), all);
     }
     Ok(drifts)
+}
+
+/// The passes of a clip that a run of some minutes is made of.
+#[derive(Clone, Copy, Debug)]
+struct Passes {
+    /// Length of one, with the way back to its start.
+    ticks: usize,
+    /// How many the first and the last minute hold: as many as fit into one, and at least one.
+    a_minute: usize,
+    /// How many there are: the last ends no earlier than the last minute.
+    all: usize,
+}
+
+impl Passes {
+    fn over(minutes: usize, ticks: usize) -> Self {
+        let a_minute = (MINUTE_TICKS / ticks).max(1);
+        Self {
+            ticks,
+            a_minute,
+            all: (minutes * MINUTE_TICKS).div_ceil(ticks).max(2 * a_minute),
+        }
+    }
+
+    /// 0 in the first minute, 1 in the last, none between them.
+    fn end(self, tick: usize) -> Option<usize> {
+        let pass = tick / self.ticks;
+        match (pass < self.a_minute, pass + self.a_minute >= self.all) {
+            (true, _) => Some(0),
+            (_, true) => Some(1),
+            _ => None,
+        }
+    }
+}
+
+/// A clip's own offsets, `[frame][slot][xyz]` flat in metres.
+struct Truth<'a> {
+    offsets_m: &'a [f32],
+    groups: &'a Groups,
+    coordinates: usize,
+}
+
+impl Truth<'_> {
+    /// Measures what `play` shows: it is given the ticks that are wanted, and what is to see their
+    /// offsets.
+    fn drift(
+        &self,
+        passes: Passes,
+        play: impl FnOnce(
+            &dyn Fn(usize) -> bool,
+            &mut dyn FnMut(usize, &[f32]),
+        ) -> Result<(), TrainError>,
+    ) -> Result<Drift, TrainError> {
+        let known = LEAD_TICKS..self.offsets_m.len() / self.coordinates;
+        let wanted =
+            |tick: usize| passes.end(tick).is_some() && known.contains(&(tick % passes.ticks));
+        let still = vec![0.0; self.coordinates];
+        let (mut offset_mm, mut error_mm) = ([0.0; 2], [0.0; 2]);
+        let mut frames = [0usize; 2];
+        play(&wanted, &mut |tick, predicted| {
+            let Some(end) = passes.end(tick) else {
+                return;
+            };
+            let start = (tick % passes.ticks) * self.coordinates;
+            let truth = &self.offsets_m[start..start + self.coordinates];
+            offset_mm[end] += f64::from(self.groups.errors_mm(predicted, &still)[1]);
+            error_mm[end] += f64::from(self.groups.errors_mm(truth, predicted)[1]);
+            frames[end] += 1;
+        })?;
+        let per = |sums: [f64; 2]| [0, 1].map(|end| sums[end] / frames[end].max(1) as f64);
+        Ok(Drift {
+            offset_mm: per(offset_mm),
+            error_mm: per(error_mm),
+        })
+    }
 }
 
 /// A method's body coming to rest.
@@ -149,7 +207,10 @@ pub fn settling(
                 )?;
             }
         }
-        let moving = offset_mm.iter().rposition(|x| *x >= SETTLED_MM);
+        // What is not a number has not settled.
+        let moving = offset_mm
+            .iter()
+            .rposition(|x| x.is_nan() || *x >= SETTLED_MM);
         let seconds = match moving {
             None => Some(0.0),
             Some(tick) if tick + 1 < offset_mm.len() => Some((tick + 1) as f64 / MODEL_RATE_HZ),
@@ -201,6 +262,52 @@ mod tests {
     use glam::{DQuat, DVec3};
 
     use super::*;
+    use crate::fixture;
+
+    #[test]
+    fn drift_is_seen_in_clips_that_do_not_divide_a_minute() {
+        const MINUTES: usize = 4;
+        const MM_PER_TICK: f64 = 1e-3;
+        let model = fixture::symmetric_body(2);
+        let groups = Groups::new(&model, &[0, 1, 2, 3]);
+        for frames in [61, 200, 481, 1000, 3000, 5000, 9000] {
+            let truth = Truth {
+                offsets_m: &vec![0.0; 12 * frames],
+                groups: &groups,
+                coordinates: 12,
+            };
+            let passes = Passes::over(MINUTES, frames + BRIDGE_TICKS - 1);
+            // An error along x that grows tick by tick.
+            let mut seen = Vec::new();
+            let drift = truth.drift(passes, |wanted, see| {
+                for tick in (0..passes.all * passes.ticks).filter(|tick| wanted(*tick)) {
+                    let x_m = (1e-3 * MM_PER_TICK * tick as f64) as f32;
+                    see(tick, &[x_m, 0.0, 0.0].repeat(4));
+                    seen.push(tick);
+                }
+                Ok(())
+            });
+            let [first, last] = drift.expect("a drift").error_mm;
+            let apart_ticks = (last - first) / MM_PER_TICK;
+
+            // Both ends hold the same frames of the clip, as many times.
+            let frame = |tick: &usize| tick % passes.ticks;
+            let half = seen.len() / 2;
+            let (early, late) = (seen[..half].iter(), seen[half..].iter());
+            assert!(early.map(frame).eq(late.map(frame)), "{frames} frames");
+            assert_eq!(frame(&seen[0]), LEAD_TICKS);
+            let shift = (seen[half] - seen[0]) as f64;
+            assert!((apart_ticks - shift).abs() < 1.0, "{frames}: {apart_ticks}");
+            // They lie as far apart as the first and the last minute, give or take two passes.
+            let minutes_apart = ((MINUTES - 1) * MINUTE_TICKS) as f64;
+            assert!(
+                (shift - minutes_apart).abs() <= 2.0 * passes.ticks as f64,
+                "{frames}"
+            );
+            assert!(seen[half - 1] < MINUTE_TICKS.max(passes.ticks), "{frames}");
+            assert!(seen[half] >= (MINUTES - 1) * MINUTE_TICKS || passes.ticks > MINUTE_TICKS);
+        }
+    }
 
     #[test]
     fn a_bridge_leads_from_one_pose_to_the_other_without_a_jolt() {
