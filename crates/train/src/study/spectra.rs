@@ -34,6 +34,11 @@ impl Default for Spectrum {
 }
 
 impl Spectrum {
+    /// Whether no clip was long enough to add anything.
+    pub fn is_empty(&self) -> bool {
+        self.windows == 0
+    }
+
     /// Frequencies in hertz and power densities in mm²/Hz, the three axes summed.
     pub fn lines(&self) -> impl Iterator<Item = (f64, f64)> {
         let windows = self.windows.max(1) as f64;
@@ -106,8 +111,10 @@ impl Analyser {
 pub struct Lag {
     /// Sums of products, the prediction taken `index - MOST_LAG` ticks later than the truth.
     products: Vec<f64>,
+    /// Sums of squares of the truth, over the frames that have a prediction at every delay.
     truth: f64,
-    predicted: f64,
+    /// Sums of squares of the prediction over the frames that each of the products is made of.
+    predicted: Vec<f64>,
 }
 
 impl Default for Lag {
@@ -115,38 +122,49 @@ impl Default for Lag {
         Self {
             products: vec![0.0; 2 * MOST_LAG + 1],
             truth: 0.0,
-            predicted: 0.0,
+            predicted: vec![0.0; 2 * MOST_LAG + 1],
         }
     }
 }
 
 impl Lag {
     pub(super) fn add(&mut self, truth: &[Vec<f64>; 3], predicted: &[Vec<f64>; 3]) {
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         for (truth, predicted) in truth.iter().zip(predicted) {
-            let frames = truth.len();
-            if frames <= 2 * MOST_LAG {
+            let Some(inner) = truth.len().checked_sub(2 * MOST_LAG) else {
                 continue;
+            };
+            let truth = &truth[MOST_LAG..MOST_LAG + inner];
+            self.truth += dot(truth, truth);
+            for index in 0..self.products.len() {
+                let shifted = &predicted[index..index + inner];
+                self.products[index] += dot(truth, shifted);
+                self.predicted[index] += dot(shifted, shifted);
             }
-            for (index, product) in self.products.iter_mut().enumerate() {
-                for frame in MOST_LAG..frames - MOST_LAG {
-                    *product += truth[frame] * predicted[frame + index - MOST_LAG];
-                }
-            }
-            self.truth += truth.iter().map(|x| x * x).sum::<f64>();
-            self.predicted += predicted.iter().map(|x| x * x).sum::<f64>();
         }
     }
 
+    /// Correlations, one a delay, -1..=1; 0 where either does not move.
+    fn correlations(&self) -> Vec<f64> {
+        let pairs = self.products.iter().zip(&self.predicted);
+        let correlation = |(product, predicted): (&f64, &f64)| {
+            let norm = (self.truth * predicted).sqrt();
+            if norm == 0.0 { 0.0 } else { product / norm }
+        };
+        pairs.map(correlation).collect()
+    }
+
     /// How late the prediction comes, in milliseconds: the delay of the largest correlation, between
-    /// ticks by a parabola. None where the prediction does not move, or the largest correlation lies
-    /// at the end of the range.
+    /// ticks by a parabola. None where the prediction does not move or is no number, or the largest
+    /// correlation lies at the end of the range.
     pub fn milliseconds(&self) -> Option<f64> {
-        let best = (0..self.products.len())
-            .max_by(|a, b| self.products[*a].total_cmp(&self.products[*b]))?;
-        if self.predicted == 0.0 || best == 0 || best + 1 == self.products.len() {
+        let all = self.correlations();
+        let best = (0..all.len()).max_by(|a, b| all[*a].total_cmp(&all[*b]))?;
+        let meant = all.iter().all(|x| x.is_finite()) && all[best] > 0.0;
+        if !meant || best == 0 || best + 1 == all.len() {
             return None;
         }
-        let [before, at, after] = [-1, 0, 1].map(|k| self.products[(best as i32 + k) as usize]);
+        let [before, at, after] = [all[best - 1], all[best], all[best + 1]];
         let bend = before - 2.0 * at + after;
         let share = if bend < 0.0 {
             0.5 * (before - after) / bend
@@ -158,12 +176,7 @@ impl Lag {
 
     /// Correlation of prediction and truth without delay, -1..=1; 0 where either does not move.
     pub fn correlation(&self) -> f64 {
-        let norm = (self.truth * self.predicted).sqrt();
-        if norm > 0.0 {
-            self.products[MOST_LAG] / norm
-        } else {
-            0.0
-        }
+        self.correlations()[MOST_LAG]
     }
 }
 
@@ -200,5 +213,32 @@ mod tests {
         let mut still = Lag::default();
         still.add(&wave(2.0, 3.0, 0.0), &wave(0.0, 3.0, 0.0));
         assert_eq!(still.milliseconds(), None);
+    }
+    #[test]
+    fn perfect_predictions_of_short_clips_correlate_fully() {
+        // Bursts at both ends, which lie outside the frames that all delays share.
+        let mut burst = wave(2.0, 3.0, 0.0).map(|axis| axis[..40].to_vec());
+        burst[1][0] = 50.0;
+        burst[1][39] = -50.0;
+        let mut lag = Lag::default();
+        lag.add(&burst, &burst);
+        assert!((lag.correlation() - 1.0).abs() < 1e-12);
+        assert!(lag.milliseconds().is_some_and(|ms| ms.abs() < 10.0));
+
+        // Three ticks late and half as large.
+        let truth = wave(2.0, 3.0, 0.0).map(|axis| axis[..90].to_vec());
+        let late = wave(1.0, 3.0, 3.0 / MODEL_RATE_HZ).map(|axis| axis[..90].to_vec());
+        let mut lag = Lag::default();
+        lag.add(&truth, &late);
+        let found = lag.milliseconds().expect("a delay");
+        assert!((found - 50.0).abs() < 1.0, "{found}");
+        assert!((lag.correlations()[MOST_LAG + 3] - 1.0).abs() < 1e-9);
+
+        let mut broken = Lag::default();
+        broken.add(
+            &truth,
+            &truth.clone().map(|axis| vec![f64::NAN; axis.len()]),
+        );
+        assert_eq!(broken.milliseconds(), None);
     }
 }
