@@ -46,6 +46,11 @@ impl Groups {
         Self { groups }
     }
 
+    /// Whether a group has any vertices, on this body and in this list.
+    pub fn has_vertices(&self, group: usize) -> bool {
+        !self.groups[group].slots.is_empty()
+    }
+
     /// Mean distances of one frame of offsets (`[slot][xyz]` in metres) from another, in
     /// millimetres, one a group; NaN for a group without vertices.
     pub fn errors_mm(&self, truth_m: &[f32], predicted_m: &[f32]) -> Vec<f32> {

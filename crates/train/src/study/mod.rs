@@ -6,7 +6,9 @@
 
 mod bodies;
 mod endurance;
+mod floors;
 mod groups;
+mod reconstruction;
 mod resonance;
 mod showcase;
 mod signals;
@@ -24,8 +26,12 @@ use crate::player::Player;
 
 pub use bodies::{BODIES, BodyAmplitudes, amplitudes_of_bodies};
 pub use endurance::{Drift, Settling, drift, settling};
+pub use floors::{FLOOR_STRIDE, Floor, FloorSet, Floors, floors};
 pub use groups::{group_names, signal_names};
-pub use resonance::{Resonance, ResonanceTest, resonances, tests as resonance_tests};
+pub use reconstruction::Reach;
+pub use resonance::{
+    Resonance, ResonanceTest, Shift, resonances, shifts, tests as resonance_tests,
+};
 pub use showcase::{ClipCurves, Snapshot, curves, snapshot};
 pub use spectra::{BANDS_HZ, Lag, Spectrum};
 pub use splits::{ClipErrors, Comparison, SetComparison, Spread, compare};

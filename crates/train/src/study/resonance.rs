@@ -17,6 +17,8 @@ const SPEED_M_PER_S: f64 = 0.2;
 const STILL_TICKS: usize = 3;
 /// Ticks recorded from it on.
 const RINGING_TICKS: usize = 90;
+/// Factors on the stiffness that are tried.
+const STIFFNESSES: [f32; 3] = [0.5, 1.0, 2.0];
 /// Vertices with more than this weight belong to a region.
 const MEMBER_WEIGHT: f32 = 0.6;
 
@@ -40,11 +42,10 @@ pub struct Resonance {
     pub predicted: Vec<Option<Ringing>>,
 }
 
-/// Chest and belly at half, usual and double stiffness.
+/// Every region at half, usual and double stiffness.
 pub fn tests() -> Vec<ResonanceTest> {
-    let regions = [Region::Chest, Region::Belly];
-    let of_region = |region| [0.5, 1.0, 2.0].map(|stiffness| ResonanceTest { region, stiffness });
-    regions.into_iter().flat_map(of_region).collect()
+    let of_region = |region| STIFFNESSES.map(|stiffness| ResonanceTest { region, stiffness });
+    Region::ALL.into_iter().flat_map(of_region).collect()
 }
 
 /// Jerks the mean body upwards at rest, in the simulator and in every network that knows materials,
@@ -59,38 +60,104 @@ pub fn resonances(
     tests: &[ResonanceTest],
 ) -> Result<Vec<Resonance>, TrainError> {
     let motion = jerk();
-    let clips = tests
+    // The usual tissue is that of every region's test at 1.
+    let mut tissues: Vec<[f32; REGION_COUNT]> = Vec::new();
+    for test in tests {
+        let stiffness = test.stiffnesses();
+        if !tissues.contains(&stiffness) {
+            tissues.push(stiffness);
+        }
+    }
+    let clips = tissues
         .par_iter()
-        .map(|test| {
-            let mut stiffness = [1.0; REGION_COUNT];
-            stiffness[test.region as usize] = test.stiffness;
+        .map(|stiffness| {
             let materials = Materials {
-                stiffness,
+                stiffness: *stiffness,
                 ..Materials::NOMINAL
             };
             simulated(model, settings, &motion, [0.0; SHAPE_COUNT], materials)
         })
         .collect::<Result<Vec<ClipData>, TrainError>>()?;
     let mut resonances = Vec::new();
-    for (test, clip) in tests.iter().zip(clips) {
-        let ringing = |offsets_m: &[f32]| ringing(model, &clip.vertices, test.region, offsets_m);
-        let mut predicted = Vec::new();
+    for (stiffness, clip) in tissues.iter().zip(clips) {
+        let truth_m = crate::data::offsets_of(&clip);
+        let mut predicted_m = Vec::new();
         for contestant in contestants.iter_mut() {
             let knows = contestant
                 .feature_kind()
                 .is_some_and(|kind| kind.has_materials());
-            predicted.push(match knows {
-                true => Some(ringing(&contestant.predict(model, &motion, &clip)?)),
+            predicted_m.push(match knows {
+                true => Some(contestant.predict(model, &motion, &clip)?),
                 false => None,
             });
         }
-        resonances.push(Resonance {
-            test: *test,
-            simulated: ringing(&crate::data::offsets_of(&clip)),
-            predicted,
-        });
+        for test in tests.iter().filter(|test| test.stiffnesses() == *stiffness) {
+            let ringing =
+                |offsets_m: &[f32]| ringing(model, &clip.vertices, test.region, offsets_m);
+            let predicted = predicted_m.iter().map(|m| m.as_deref().map(ringing));
+            resonances.push(Resonance {
+                test: *test,
+                simulated: ringing(&truth_m),
+                predicted: predicted.collect(),
+            });
+        }
     }
+    let place = |found: &Resonance| tests.iter().position(|test| *test == found.test);
+    resonances.sort_by_key(place);
     Ok(resonances)
+}
+
+impl ResonanceTest {
+    /// The factors on the stiffness of all regions.
+    fn stiffnesses(&self) -> [f32; REGION_COUNT] {
+        let mut stiffnesses = [1.0; REGION_COUNT];
+        stiffnesses[self.region as usize] = self.stiffness;
+        stiffnesses
+    }
+}
+
+/// What other stiffness makes of a region's resonance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shift {
+    /// What was changed.
+    pub test: ResonanceTest,
+    /// Frequency over that of the usual tissue, in the simulator.
+    pub simulated: f64,
+    /// The same as each contestant predicts it; none for those that do not know materials.
+    pub predicted: Vec<Option<f64>>,
+}
+
+impl Shift {
+    /// Predicted shift over the simulated one, less 1.
+    pub fn difference(&self, method: usize) -> Option<f64> {
+        self.predicted[method].map(|predicted| predicted / self.simulated - 1.0)
+    }
+}
+
+/// The shifts of all tests of other than the usual stiffness whose region was also tested with the
+/// usual one.
+pub fn shifts(resonances: &[Resonance]) -> Vec<Shift> {
+    let usual = |region: Region| {
+        let mut all = resonances.iter();
+        all.find(|found| found.test.region == region && found.test.stiffness == 1.0)
+    };
+    let changed = resonances
+        .iter()
+        .filter(|found| found.test.stiffness != 1.0);
+    changed
+        .filter_map(|found| {
+            let usual = usual(found.test.region)?;
+            let pairs = found.predicted.iter().zip(&usual.predicted);
+            let over = |a: &Ringing, b: &Ringing| a.frequency_hz / b.frequency_hz;
+            Some(Shift {
+                test: found.test,
+                simulated: over(&found.simulated, &usual.simulated),
+                predicted: pairs
+                    .map(|(a, b)| Some(over(a.as_ref()?, b.as_ref()?)))
+                    .collect(),
+            })
+        })
+        .collect()
 }
 
 /// A body at rest that suddenly moves upwards at constant speed.
@@ -166,5 +233,52 @@ mod tests {
         }
         let found = ringing(&model, &vertices, Region::Belly, &offsets_m);
         assert!((found.frequency_hz / 3.2 - 1.0).abs() < 0.01, "{found:?}");
+    }
+    #[test]
+    fn shifts_are_ratios_to_the_usual_tissue_of_the_same_region() {
+        let ringing = |frequency_hz: f64| Ringing {
+            frequency_hz,
+            damping_ratio: 0.2,
+            unexplained: 0.0,
+        };
+        let of = |(region, stiffness, simulated_hz, predicted_hz)| Resonance {
+            test: ResonanceTest { region, stiffness },
+            simulated: ringing(simulated_hz),
+            predicted: vec![None, Some(ringing(predicted_hz))],
+        };
+        let measured = [
+            (Region::Chest, 0.5, 4.0, 3.0),
+            (Region::Chest, 1.0, 5.0, 5.0),
+            (Region::Belly, 2.0, 9.0, 12.0),
+            (Region::Belly, 1.0, 6.0, 8.0),
+            // Without the usual tissue there is nothing to compare with.
+            (Region::Thighs, 2.0, 9.0, 9.0),
+        ];
+        let shifts = shifts(&measured.map(of));
+        assert_eq!(shifts.len(), 2);
+        assert_eq!(
+            (shifts[0].test.region, shifts[0].simulated),
+            (Region::Chest, 0.8)
+        );
+        assert_eq!(shifts[0].predicted, [None, Some(0.6)]);
+        let differences = shifts
+            .iter()
+            .map(|shift| shift.difference(1).unwrap_or(1.0));
+        let differences: Vec<f64> = differences.collect();
+        assert!((differences[0] + 0.25).abs() < 1e-12 && differences[1].abs() < 1e-12);
+        assert_eq!(shifts[0].difference(0), None);
+    }
+
+    #[test]
+    fn every_region_is_tested_and_the_usual_tissue_is_the_same_for_all() {
+        let tests = tests();
+        for region in Region::ALL {
+            let of_region = tests.iter().filter(|test| test.region == region);
+            assert_eq!(of_region.count(), STIFFNESSES.len());
+        }
+        let usual = tests.iter().filter(|test| test.stiffness == 1.0);
+        for test in usual {
+            assert_eq!(test.stiffnesses(), [1.0; REGION_COUNT]);
+        }
     }
 }

@@ -7,13 +7,14 @@ use super::signals::SignalSums;
 use super::spectra::{Lag, Spectrum};
 use super::{Contestant, mean};
 use crate::TrainError;
-use crate::data::{ClipEntry, DataSet, motion_of, offsets_of};
+use crate::data::{DataSet, motion_of, offsets_of};
 use crate::split::Set;
 
 /// Index of the soft vertices among [`group_names`].
 const SOFT: usize = 1;
 
-/// How per-frame errors are spread over the frames of a set, in millimetres.
+/// How per-frame errors are spread over the frames of a set, in millimetres. Frames that a method
+/// fails at, because what it gives is no number, count as infinitely wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
     /// Mean over frames.
@@ -22,24 +23,39 @@ pub struct Spread {
     pub deviation_mm: f64,
     /// Quartiles over frames: a quarter, half and three quarters of the frames lie below.
     pub quartiles_mm: [f64; 3],
+    /// Frames that the method failed at.
+    pub failed: usize,
 }
 
 impl Spread {
     fn of(mut per_frame_mm: Vec<f32>) -> Self {
-        per_frame_mm.retain(|x| x.is_finite());
         if per_frame_mm.is_empty() {
             return Self::default();
         }
         per_frame_mm.sort_by(f32::total_cmp);
+        let failed = per_frame_mm.iter().filter(|x| !x.is_finite()).count();
         let values = || per_frame_mm.iter().map(|x| f64::from(*x));
         let mean_mm = mean(values());
         let last = (per_frame_mm.len() - 1) as f64;
         let at = |share: f64| f64::from(per_frame_mm[(share * last).round() as usize]);
         Self {
             mean_mm,
-            deviation_mm: mean(values().map(|x| (x - mean_mm).powi(2))).sqrt(),
+            deviation_mm: match failed {
+                0 => mean(values().map(|x| (x - mean_mm).powi(2))).sqrt(),
+                _ => f64::INFINITY,
+            },
             quartiles_mm: [at(0.25), at(0.5), at(0.75)],
+            failed,
         }
+    }
+}
+
+/// An error, infinite where it is no number.
+fn judged(error_mm: f32) -> f32 {
+    if error_mm.is_nan() {
+        f32::INFINITY
+    } else {
+        error_mm
     }
 }
 
@@ -139,13 +155,15 @@ pub fn compare(
                     frames.zip(predicted.chunks_exact(coordinates)).enumerate()
                 {
                     let errors_mm = groups.errors_mm(truth, predicted);
-                    let soft = f64::from(errors_mm[SOFT]);
+                    let soft = f64::from(judged(errors_mm[SOFT]));
                     sum += soft;
                     if method == 0 && soft > wildest.1 {
                         wildest = (frame, soft);
                     }
                     for (group, error_mm) in errors_mm.into_iter().enumerate() {
-                        per_frame[method][group].push(error_mm);
+                        if groups.has_vertices(group) {
+                            per_frame[method][group].push(judged(error_mm));
+                        }
                     }
                 }
                 soft_mm.push(sum / clip.frame_count() as f64);
@@ -196,21 +214,15 @@ impl Comparison {
         largest(true).or_else(|| largest(false))
     }
 
-    /// The clips of the given trials with motions not trained on.
+    /// The clips of a trial that was not learned from.
     pub fn clips_of<'a>(
         &'a self,
         data_set: &'a DataSet,
-        trials: &'a [&str],
-    ) -> impl Iterator<Item = (&'a ClipErrors, &'a ClipEntry)> {
-        self.clips
-            .iter()
-            .map(|clip| (clip, &data_set.clips[clip.index]))
-            .filter(|(clip, entry)| {
-                let subject = entry.name.subject.as_deref().unwrap_or_default();
-                let wanted =
-                    trials.contains(&entry.name.trial.as_str()) || trials.contains(&subject);
-                wanted && clip.set != Set::UnseenShape
-            })
+        trial: &'a str,
+    ) -> impl Iterator<Item = &'a ClipErrors> {
+        self.clips.iter().filter(move |clip| {
+            clip.set != Set::UnseenShape && data_set.clips[clip.index].name.trial == trial
+        })
     }
 }
 
@@ -220,10 +232,31 @@ mod tests {
 
     #[test]
     fn spread_tells_mean_deviation_and_quartiles() {
-        let spread = Spread::of(vec![4.0, f32::NAN, 0.0, 1.0, 3.0, 2.0]);
+        let spread = Spread::of(vec![4.0, 0.0, 1.0, 3.0, 2.0]);
         assert_eq!(spread.mean_mm, 2.0);
         assert!((spread.deviation_mm - 2f64.sqrt()).abs() < 1e-9);
         assert_eq!(spread.quartiles_mm, [1.0, 2.0, 3.0]);
+        assert_eq!(spread.failed, 0);
         assert_eq!(Spread::of(Vec::new()), Spread::default());
+    }
+
+    #[test]
+    fn frames_without_a_number_count_as_infinitely_wrong() {
+        let errors_mm = [4.0, f32::NAN, 0.0, -f32::NAN, 1.0].map(judged);
+        let spread = Spread::of(errors_mm.to_vec());
+        assert_eq!(spread.failed, 2);
+        assert_eq!(
+            (spread.mean_mm, spread.deviation_mm),
+            (f64::INFINITY, f64::INFINITY)
+        );
+        assert_eq!(spread.quartiles_mm, [1.0, 4.0, f64::INFINITY]);
+        let still = Spread::of(vec![2.0; 5]);
+        let set = SetComparison {
+            set: Set::UnseenMotion,
+            clips: 1,
+            frames: 5,
+            errors: vec![vec![still], vec![spread]],
+        };
+        assert_eq!(set.ratio(1, 0), f64::INFINITY);
     }
 }

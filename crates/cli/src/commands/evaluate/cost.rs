@@ -11,6 +11,10 @@ use super::bundles::Found;
 /// What one method costs.
 #[derive(Clone, Debug, Default)]
 pub struct Cost {
+    /// Clips learned from; none where the bundle does not tell.
+    pub clips: Option<u64>,
+    /// Their frames.
+    pub frames: Option<u64>,
     /// Trained weights; none where the bundle does not tell.
     pub parameters: Option<u64>,
     /// Bytes of both graphs.
@@ -29,12 +33,11 @@ pub fn of(
     features: &[f32],
     wasm_ms: &HashMap<String, f64>,
 ) -> anyhow::Result<Cost> {
+    let told = |what: &str| found.bundle.training.get(what)?.as_u64();
     let mut cost = Cost {
-        parameters: found
-            .bundle
-            .training
-            .get("parameters")
-            .and_then(serde_json::Value::as_u64),
+        clips: told("clips"),
+        frames: told("frames"),
+        parameters: told("parameters"),
         native_ms: found.player.time_ms(features)?,
         wasm_ms: wasm_ms.get(&found.name).copied(),
         ..Cost::default()

@@ -1,6 +1,7 @@
 //! `dynaskin evaluate`: a bundle measured on held-out clips, or many side by side in a report.
 
 mod bundles;
+mod card;
 mod cost;
 mod dynamics;
 mod groups;
@@ -45,6 +46,9 @@ pub struct EvaluateArgs {
     /// Write an HTML report to this file, and its numbers as CSV files beside it.
     #[arg(long)]
     report: Option<PathBuf>,
+    /// Write the report's summary into the model card in the bundle's folder, too.
+    #[arg(long, requires = "report")]
+    card: bool,
     /// Folder whose folders hold bundles to compare with, for the report; `methods` in the bundle's
     /// folder where there is one, unless given.
     #[arg(long, requires = "report")]
@@ -60,7 +64,8 @@ pub struct EvaluateArgs {
     /// where there is one, unless given.
     #[arg(long, requires = "report")]
     subspaces: Option<PathBuf>,
-    /// Times in wasm for the report, as `npm run bench:methods` writes them.
+    /// Times in wasm for the report: first `npm run bench:methods male`, which writes
+    /// `artifacts/methods-male.json`, then this command with that file.
     #[arg(long, requires = "report")]
     wasm_times: Option<PathBuf>,
 }
@@ -106,6 +111,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         simulate: !args.without_simulation,
         wasm_times: args.wasm_times.as_deref(),
         subspaces: subspaces.as_deref(),
+        card: args.card.then_some(args.model.as_path()),
     };
     page::write(path, &subject, found)?;
     say(&format!("report written to {}", path.display()));

@@ -1,6 +1,6 @@
 //! The report: what was measured, section by section.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dynaskin_body::BodyModel;
 use dynaskin_report::{Report, Table};
@@ -10,7 +10,7 @@ use dynaskin_train::{DataSet, Set, motion_features};
 use super::bundles::Found;
 use super::cost::{self, Cost};
 use super::tables::Csv;
-use super::{dynamics, motions, places, shapes, simulated, subspaces};
+use super::{card, dynamics, motions, pictures, places, shapes, simulated, subspaces};
 use crate::commands::train::clip_bar;
 
 /// Most frames that a method is timed on.
@@ -22,7 +22,7 @@ const AIMS: [(Set, f64); 3] = [
     (Set::UnseenMotionAndShape, 0.25),
 ];
 /// Index of the soft vertices among [`group_names`].
-const SOFT: usize = 1;
+pub(super) const SOFT: usize = 1;
 
 /// What is reported on.
 pub struct Subject<'a> {
@@ -35,6 +35,8 @@ pub struct Subject<'a> {
     pub wasm_times: Option<&'a Path>,
     /// What subspaces can hold.
     pub subspaces: Option<&'a Path>,
+    /// Folder of the bundle whose model card is to tell the summary.
+    pub card: Option<&'a Path>,
 }
 
 /// The methods of a report: the static one first.
@@ -42,6 +44,8 @@ pub struct Methods {
     pub contestants: Vec<Contestant>,
     /// Names in files.
     pub names: Vec<String>,
+    /// Files of their decoders; none for the static one.
+    pub decoders: Vec<Option<PathBuf>>,
 }
 
 impl Methods {
@@ -58,9 +62,12 @@ pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyho
     let mut methods = Methods {
         contestants: vec![Contestant::still()],
         names: vec!["static".into()],
+        decoders: vec![None],
     };
     for found in found {
         methods.names.push(found.name);
+        let decoder = found.folder.join(&found.bundle.decoder.file);
+        methods.decoders.push(Some(decoder));
         methods.contestants.push(Contestant {
             label: found.label,
             player: Some(found.player),
@@ -83,19 +90,25 @@ pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyho
         subject.body.name
     ));
     report.paragraph(
-        "Every method learned from the same simulated clips and is played here on clips that it did \
-         not learn from, frame by frame, by the runtime that ships. Errors are distances between \
-         predicted and simulated vertices in millimetres. \"Static\" is plain skinning without soft \
-         tissue: its error is the length of the simulated offsets. Tissue is the usual one unless a \
-         section says otherwise. The numbers of every table and plot stand in the CSV files beside \
-         this page.",
+        "Every method is played here on clips that it did not learn from, frame by frame, by the \
+         runtime that ships. Errors are distances between predicted and simulated vertices in \
+         millimetres. \"Static\" is plain skinning without soft tissue: its error is the length of \
+         the simulated offsets. Tissue is the usual one unless a section says otherwise. The numbers \
+         of every table and plot stand in the CSV files beside this page.",
+    );
+    report.paragraph(
+        "All methods learned from one data set without what is held out here, but not from the same \
+         clips of it. Those that are told what tissue is made of (dynaskin) learned from clips with \
+         varied tissue too, and so also from more bodies and frames; the others could not tell such \
+         tissue from the usual one, and learned from the clips of the usual tissue only. The section \
+         on cost counts the clips and frames of each.",
     );
     summary_section(&mut report, &methods, &comparison);
     cost_section(&mut report, path, &methods, &costs)?;
     split_sections(&mut report, path, &methods, &comparison)?;
     motions::motions_section(&mut report, path, subject, &methods, &comparison)?;
     shapes::shapes_section(&mut report, path, subject, &methods, &comparison)?;
-    simulated::picture_section(&mut report, subject, &mut methods, &comparison)?;
+    pictures::picture_section(&mut report, subject, &mut methods, &comparison)?;
     dynamics::curve_section(&mut report, path, subject, &mut methods, &comparison)?;
     dynamics::spectrum_section(&mut report, path, &methods, &comparison)?;
     dynamics::drift_section(&mut report, path, subject, &mut methods, &comparison)?;
@@ -104,11 +117,15 @@ pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyho
     if let Some(csv) = subject.subspaces {
         subspaces::subspaces_section(&mut report, csv)?;
     }
+    subspaces::bytes_section(&mut report, path, subject, &mut methods)?;
     if subject.simulate {
         simulated::bodies_section(&mut report, path, subject, &mut methods)?;
         simulated::materials_section(&mut report, path, subject, &mut methods)?;
     }
     report.write(path)?;
+    if let Some(folder) = subject.card {
+        card::write(folder, &methods, &comparison, &costs)?;
+    }
     Ok(())
 }
 
@@ -174,9 +191,12 @@ fn summary_section(report: &mut Report, methods: &Methods, comparison: &Comparis
     ));
 }
 
-/// `1.23 ± 0.45`, and `(0.21)` below.
+/// `1.23 ± 0.45`, and `(0.21)` below; how many frames a method failed at where it did.
 fn cell(set: &SetComparison, method: usize, group: usize) -> String {
     let spread = set.errors[method][group];
+    if spread.failed > 0 {
+        return format!("∞\n(no numbers in {} frames)", spread.failed);
+    }
     let mean = format!("{:.2} ± {:.2}", spread.mean_mm, spread.deviation_mm);
     match method {
         0 => mean,
@@ -192,13 +212,16 @@ fn cost_section(
 ) -> anyhow::Result<()> {
     report.section("Cost");
     report.paragraph(
-        "Weights of predictor and decoder; kilobytes (1000 bytes) of both files, and of both \
-         compressed with brotli, which is what a browser loads; milliseconds for one avatar and \
-         frame, medians on the machine that wrote this report, which may have had other things to \
-         do. Computing the features takes less than 0.01 ms more.",
+        "Clips and frames that a method learned from, without mirror images; weights of predictor and \
+         decoder; kilobytes (1000 bytes) of both files, and of both compressed with brotli, which is \
+         what a browser loads; milliseconds for one avatar and frame, medians on the machine that \
+         wrote this report, which may have had other things to do. Computing the features takes less \
+         than 0.01 ms more.",
     );
     let mut table = Table::new([
         "method",
+        "clips learned from",
+        "frames learned from",
         "parameters",
         "files (kB)",
         "over the wire (kB)",
@@ -208,6 +231,8 @@ fn cost_section(
     ]);
     let mut csv = Csv::new(&[
         "method",
+        "clips",
+        "frames",
         "parameters",
         "bytes",
         "wire_bytes",
@@ -216,23 +241,28 @@ fn cost_section(
         "wasm_ms",
     ]);
     for ((label, name), cost) in methods.labels().zip(&methods.names).skip(1).zip(costs) {
-        let parameters = cost.parameters.map_or("unknown".to_owned(), thousands);
+        let counted = |count: Option<u64>| count.map_or("unknown".to_owned(), thousands);
         let wasm = cost
             .wasm_ms
             .map_or("not measured".to_owned(), |ms| format!("{ms:.3}"));
         table.row(vec![
             label.to_owned(),
-            parameters,
+            counted(cost.clips),
+            counted(cost.frames),
+            counted(cost.parameters),
             format!("{:.0}", cost.bytes as f64 / 1000.0),
             format!("{:.0}", cost.wire_bytes as f64 / 1000.0),
             format!("{:.3}", cost.native_ms[0]),
             format!("{:.3}", cost.native_ms[1]),
             wasm,
         ]);
+        let number = |count: Option<u64>| count.map_or(f64::NAN, |count| count as f64);
         csv.row(
             &[name],
             &[
-                cost.parameters.map_or(f64::NAN, |count| count as f64),
+                number(cost.clips),
+                number(cost.frames),
+                number(cost.parameters),
                 cost.bytes as f64,
                 cost.wire_bytes as f64,
                 cost.native_ms[0],
@@ -246,7 +276,7 @@ fn cost_section(
 }
 
 /// `1,234,567`.
-fn thousands(number: u64) -> String {
+pub(super) fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
@@ -275,13 +305,14 @@ fn split_sections(
         "median_mm",
         "quartile3_mm",
         "over_static",
+        "failed_frames",
     ]);
     for set in &comparison.sets {
         report.section(&format!("Errors by region: {}", set.set.name()));
         report.paragraph(&format!(
             "{} clips, {} frames. Mean error in millimetres ± standard deviation over frames (error \
              over static). The whole body has all its vertices, those without soft tissue with an \
-             error of 0.",
+             error of 0. A frame in which a method gives no numbers counts as infinitely wrong.",
             set.clips, set.frames
         ));
         let mut table = Table::new(["method"]);
@@ -302,6 +333,7 @@ fn split_sections(
                         median,
                         third,
                         ratio,
+                        spread.failed as f64,
                     ],
                 );
             }
@@ -325,6 +357,26 @@ fn split_sections(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_method_that_failed_says_in_how_many_frames() {
+        let spread = |mean_mm: f64, failed: usize| study::Spread {
+            mean_mm,
+            failed,
+            ..study::Spread::default()
+        };
+        let set = SetComparison {
+            set: Set::UnseenMotion,
+            clips: 1,
+            frames: 9,
+            errors: [(2.0, 0), (0.5, 0), (f64::INFINITY, 3)]
+                .map(|(mean_mm, failed)| vec![spread(mean_mm, failed)])
+                .to_vec(),
+        };
+        assert_eq!(cell(&set, 0, 0), "2.00 ± 0.00");
+        assert_eq!(cell(&set, 1, 0), "0.50 ± 0.00\n(0.25)");
+        assert_eq!(cell(&set, 2, 0), "∞\n(no numbers in 3 frames)");
+    }
 
     #[test]
     fn thousands_are_set_apart() {

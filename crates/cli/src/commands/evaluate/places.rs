@@ -33,7 +33,7 @@ pub fn places_section(
         "error_mm",
         "over_static",
     ]);
-    let mut curves = Vec::new();
+    let (mut shifted, mut turned) = (Vec::new(), Vec::new());
     let names = methods.names.clone();
     for (contestant, name) in methods.contestants.iter_mut().zip(&names) {
         let Some(player) = &mut contestant.player else {
@@ -67,18 +67,26 @@ pub fn places_section(
                 &[shift_m, turn_degrees, errors.error_mm, errors.ratio],
             );
         }
-        curves.push(Curve {
+        let curve = |points| Curve {
             name: contestant.label.clone(),
-            points: by_shift(&errors),
-        });
+            points,
+        };
+        shifted.push(curve(by_shift(&errors)));
+        turned.push(curve(by_turn(&errors)));
     }
     report.table(&table);
-    report.plot(&Plot {
-        title: "Error after walking away".into(),
-        x_label: "moved by (m)".into(),
-        y_label: "error / static".into(),
-        curves,
-    })?;
+    let plots = [
+        ("Error after walking away", "moved by (m)", shifted),
+        ("Error after turning", "turned by (degrees)", turned),
+    ];
+    for (title, x_label, curves) in plots {
+        report.plot(&Plot {
+            title: title.into(),
+            x_label: x_label.into(),
+            y_label: "error / static".into(),
+            curves,
+        })?;
+    }
     csv.write(path, "places")
 }
 
@@ -86,4 +94,33 @@ pub fn places_section(
 fn by_shift(errors: &[PlacementErrors]) -> Vec<(f64, f64)> {
     let straight = errors.iter().filter(|e| e.placement.turn_rad == 0.0);
     straight.map(|e| (e.placement.shift_m, e.ratio)).collect()
+}
+
+/// Error over static by angle in degrees, of what is not moved.
+fn by_turn(errors: &[PlacementErrors]) -> Vec<(f64, f64)> {
+    let on_the_spot = errors.iter().filter(|e| e.placement.shift_m == 0.0);
+    on_the_spot
+        .map(|e| (e.placement.turn_rad.to_degrees(), e.ratio))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shifts_and_turns_are_told_apart() {
+        let mut number = 0.0;
+        let errors = Placement::ALL.map(|placement| {
+            number += 1.0;
+            PlacementErrors {
+                placement,
+                error_mm: 0.0,
+                static_mm: 0.0,
+                ratio: number,
+            }
+        });
+        assert_eq!(by_shift(&errors), [(0.0, 1.0), (3.0, 2.0), (10.0, 3.0)]);
+        assert_eq!(by_turn(&errors), [(0.0, 1.0), (90.0, 4.0), (180.0, 5.0)]);
+    }
 }

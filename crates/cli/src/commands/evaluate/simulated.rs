@@ -1,100 +1,20 @@
-//! Sections with pictures, and those that simulate anew: other bodies, other materials.
+//! Sections that simulate anew: other bodies, other materials.
 
 use std::path::Path;
 
 use dynaskin_body::Region;
 use dynaskin_report::{Report, Table};
-use dynaskin_sim::Amplitude;
-use dynaskin_train::study::{self, Comparison, Snapshot};
+use dynaskin_sim::{Amplitude, Ringing};
+use dynaskin_train::study::{self, Resonance, Shift, Snapshot};
 
 use super::page::{Methods, Subject};
-use super::pictures::{heat, lengths_mm};
+use super::pictures::{heat, lengths_mm, percentile, round_up};
 use super::tables::Csv;
 
 /// Frames of the hops that bodies are compared in.
 const HOP_TICKS: usize = 240;
-/// How far a predicted resonance may lie from the simulated one.
+/// How far a predicted shift of a resonance may lie from the simulated one.
 const RESONANCE_AIM: f64 = 0.15;
-
-/// A frame of a held-out clip as colour maps: truth, predictions, errors.
-pub fn picture_section(
-    report: &mut Report,
-    subject: &Subject<'_>,
-    methods: &mut Methods,
-    comparison: &Comparison,
-) -> anyhow::Result<()> {
-    let Some(clip) = comparison.wildest() else {
-        return Ok(());
-    };
-    let (frame, size_mm) = clip.wildest;
-    let snapshot = study::snapshot(
-        &mut methods.contestants,
-        subject.data_set,
-        subject.body,
-        &subject.data_set.clips[clip.index],
-        frame,
-    )?;
-    report.section("A frame as a picture");
-    let truth_mm = lengths_mm(&snapshot.truth_m, None);
-    let most_mm = round_up(percentile(&truth_mm, 0.99));
-    report.paragraph(&format!(
-        "Frame {frame} of {} ({}), the held-out frame with the largest offsets, {size_mm:.1} mm on \
-         average over the soft vertices. First how far the skin is from plain skinning, simulated and \
-         predicted; then how far each prediction is from the simulation. All on the same scale; grey \
-         skin has no soft tissue.",
-        snapshot.name,
-        clip.set.name()
-    ));
-    report.heat_scale("0 mm", &format!("{most_mm:.0} mm and more"));
-    let vertices = &subject.data_set.vertices;
-    let mut offsets = vec![(
-        "simulated".to_owned(),
-        heat(
-            subject.body,
-            vertices,
-            &snapshot,
-            &snapshot.truth_m,
-            &truth_mm,
-            most_mm,
-        ),
-    )];
-    let mut errors = Vec::new();
-    for (label, predicted) in methods.labels().zip(&snapshot.predicted_m) {
-        let sizes_mm = lengths_mm(predicted, None);
-        let errors_mm = lengths_mm(predicted, Some(&snapshot.truth_m));
-        let mean_mm = errors_mm.iter().sum::<f64>() / errors_mm.len().max(1) as f64;
-        let picture = |values: &[f64]| {
-            heat(
-                subject.body,
-                vertices,
-                &snapshot,
-                predicted,
-                values,
-                most_mm,
-            )
-        };
-        offsets.push((label.to_owned(), picture(&sizes_mm)));
-        let caption = format!("{label}: error, mean {mean_mm:.1} mm");
-        errors.push((caption, picture(&errors_mm)));
-    }
-    report.pictures(&offsets)?;
-    report.paragraph("Errors:");
-    report.pictures(&errors)?;
-    Ok(())
-}
-
-/// The value below which a share of the values lies.
-fn percentile(values: &[f64], share: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().saturating_sub(1) as f64;
-    sorted.get((share * last) as usize).copied().unwrap_or(0.0)
-}
-
-/// To the next multiple of 5 above 0.
-fn round_up(mm: f64) -> f64 {
-    5.0 * (mm / 5.0).ceil().max(1.0)
-}
 
 /// The same motion on different bodies.
 pub fn bodies_section(
@@ -198,19 +118,96 @@ pub fn materials_section(
     report.paragraph(&format!(
         "The mean body is jerked upwards at rest, 0.2 m/s within one tick, and a damped sine is fitted \
          to the vertical ringing of a region, by the same estimator in the simulator and in the \
-         networks. The stiffness of that region is multiplied. Resonance in hertz; rows beyond {:.0} % \
-         stand out.",
+         networks, with half, the usual and twice the stiffness of that region. First what the change \
+         makes of its resonance: frequency over that of the usual tissue. Rows whose predicted shift \
+         is off by more than {:.0} % stand out.",
         100.0 * RESONANCE_AIM
     ));
     let settings = study::simulator_settings(subject.data_set, subject.body);
     let tests = study::resonance_tests();
     let resonances = study::resonances(&mut methods.contestants, subject.body, &settings, &tests)?;
+    shift_table(report, path, methods, &knowing, &study::shifts(&resonances))?;
+    report.paragraph(
+        "The frequencies themselves in hertz, the damping ratios, and in brackets the share of the \
+         ringing's energy that one damped sine does not explain: where it is large, a region has no \
+         single resonance.",
+    );
+    ringing_table(report, path, methods, &knowing, &resonances)
+}
+
+/// What other stiffness makes of resonances.
+fn shift_table(
+    report: &mut Report,
+    path: &Path,
+    methods: &Methods,
+    knowing: &[usize],
+    shifts: &[Shift],
+) -> anyhow::Result<()> {
     let mut table = Table::new([
         "method",
         "region",
         "stiffness",
-        "simulated",
-        "predicted",
+        "simulated shift",
+        "predicted shift",
+        "difference",
+        "within 15 %",
+    ]);
+    let mut csv = Csv::new(&[
+        "method",
+        "region",
+        "stiffness",
+        "simulated_shift",
+        "predicted_shift",
+        "difference",
+    ]);
+    let labels: Vec<&str> = methods.labels().collect();
+    for method in knowing {
+        for shift in shifts {
+            let (Some(predicted), Some(difference)) =
+                (shift.predicted[*method], shift.difference(*method))
+            else {
+                continue;
+            };
+            let region = shift.test.region.name();
+            let within = difference.abs() <= RESONANCE_AIM;
+            let cells = vec![
+                labels[*method].to_owned(),
+                region.to_owned(),
+                format!("{:.1}", shift.test.stiffness),
+                format!("{:.3}", shift.simulated),
+                format!("{predicted:.3}"),
+                format!("{:+.0} %", 100.0 * difference),
+                if within { "yes" } else { "no" }.to_owned(),
+            ];
+            match within {
+                true => table.row(cells),
+                false => table.marked_row(cells),
+            }
+            let stiffness = f64::from(shift.test.stiffness);
+            csv.row(
+                &[&methods.names[*method], region],
+                &[stiffness, shift.simulated, predicted, difference],
+            );
+        }
+    }
+    report.table(&table);
+    csv.write(path, "material-shifts")
+}
+
+/// Frequencies and damping.
+fn ringing_table(
+    report: &mut Report,
+    path: &Path,
+    methods: &Methods,
+    knowing: &[usize],
+    resonances: &[Resonance],
+) -> anyhow::Result<()> {
+    let mut table = Table::new([
+        "method",
+        "region",
+        "stiffness",
+        "simulated (Hz)",
+        "predicted (Hz)",
         "difference",
         "damping, simulated",
         "damping, predicted",
@@ -223,38 +220,39 @@ pub fn materials_section(
         "predicted_hz",
         "simulated_damping",
         "predicted_damping",
+        "simulated_unexplained",
+        "predicted_unexplained",
     ]);
     let labels: Vec<&str> = methods.labels().collect();
     for method in knowing {
-        for resonance in &resonances {
-            let Some(predicted) = resonance.predicted[method] else {
+        for resonance in resonances {
+            let Some(predicted) = resonance.predicted[*method] else {
                 continue;
             };
             let simulated = resonance.simulated;
             let difference = predicted.frequency_hz / simulated.frequency_hz - 1.0;
             let region = resonance.test.region.name();
-            let cells = vec![
-                labels[method].to_owned(),
+            let damping = |r: &Ringing| format!("{:.2} ({:.2})", r.damping_ratio, r.unexplained);
+            table.row(vec![
+                labels[*method].to_owned(),
                 region.to_owned(),
                 format!("{:.1}", resonance.test.stiffness),
                 format!("{:.2}", simulated.frequency_hz),
                 format!("{:.2}", predicted.frequency_hz),
                 format!("{:+.0} %", 100.0 * difference),
-                format!("{:.2}", simulated.damping_ratio),
-                format!("{:.2}", predicted.damping_ratio),
-            ];
-            match difference.abs() <= RESONANCE_AIM {
-                true => table.row(cells),
-                false => table.marked_row(cells),
-            }
+                damping(&simulated),
+                damping(&predicted),
+            ]);
             csv.row(
-                &[&methods.names[method], region],
+                &[&methods.names[*method], region],
                 &[
                     f64::from(resonance.test.stiffness),
                     simulated.frequency_hz,
                     predicted.frequency_hz,
                     simulated.damping_ratio,
                     predicted.damping_ratio,
+                    simulated.unexplained,
+                    predicted.unexplained,
                 ],
             );
         }
