@@ -30,7 +30,7 @@ pub use floors::{FLOOR_STRIDE, Floor, FloorSet, Floors, floors};
 pub use groups::{group_names, signal_names};
 pub use reconstruction::Reach;
 pub use resonance::{
-    Resonance, ResonanceTest, Shift, resonances, shifts, tests as resonance_tests,
+    HIGHEST_HZ, Resonance, ResonanceTest, Shift, resonances, shifts, tests as resonance_tests,
 };
 pub use showcase::{ClipCurves, Snapshot, curves, snapshot};
 pub use spectra::{BANDS_HZ, Lag, Spectrum};

@@ -19,6 +19,8 @@ const STILL_TICKS: usize = 3;
 const RINGING_TICKS: usize = 90;
 /// Factors on the stiffness that are tried.
 const STIFFNESSES: [f32; 3] = [0.5, 1.0, 2.0];
+/// Frequencies above this cannot be told apart well enough: less than three frames a swing.
+pub const HIGHEST_HZ: f64 = 20.0;
 /// Vertices with more than this weight belong to a region.
 const MEMBER_WEIGHT: f32 = 0.6;
 
@@ -125,6 +127,8 @@ pub struct Shift {
     pub simulated: f64,
     /// The same as each contestant predicts it; none for those that do not know materials.
     pub predicted: Vec<Option<f64>>,
+    /// Whether both simulated frequencies are low enough to be told at 60 frames a second.
+    pub resolved: bool,
 }
 
 impl Shift {
@@ -152,6 +156,9 @@ pub fn shifts(resonances: &[Resonance]) -> Vec<Shift> {
             Some(Shift {
                 test: found.test,
                 simulated: over(&found.simulated, &usual.simulated),
+                resolved: [found, usual]
+                    .iter()
+                    .all(|found| found.simulated.frequency_hz <= HIGHEST_HZ),
                 predicted: pairs
                     .map(|(a, b)| Some(over(a.as_ref()?, b.as_ref()?)))
                     .collect(),
@@ -251,11 +258,15 @@ mod tests {
             (Region::Chest, 1.0, 5.0, 5.0),
             (Region::Belly, 2.0, 9.0, 12.0),
             (Region::Belly, 1.0, 6.0, 8.0),
+            (Region::Calves, 1.0, 26.0, 19.0),
+            (Region::Calves, 0.5, 17.0, 15.0),
             // Without the usual tissue there is nothing to compare with.
             (Region::Thighs, 2.0, 9.0, 9.0),
         ];
         let shifts = shifts(&measured.map(of));
-        assert_eq!(shifts.len(), 2);
+        assert_eq!(shifts.len(), 3);
+        let resolved = shifts.iter().map(|shift| shift.resolved);
+        assert!(resolved.eq([true, true, false]), "{shifts:?}");
         assert_eq!(
             (shifts[0].test.region, shifts[0].simulated),
             (Region::Chest, 0.8)

@@ -5,7 +5,7 @@ use std::path::Path;
 use dynaskin_body::Region;
 use dynaskin_report::{Report, Table};
 use dynaskin_sim::{Amplitude, Ringing};
-use dynaskin_train::study::{self, Resonance, Shift, Snapshot};
+use dynaskin_train::study::{self, HIGHEST_HZ, Resonance, Shift, Snapshot};
 
 use super::page::{Methods, Subject};
 use super::pictures::{heat, lengths_mm, percentile, round_up};
@@ -120,7 +120,8 @@ pub fn materials_section(
          to the vertical ringing of a region, by the same estimator in the simulator and in the \
          networks, with half, the usual and twice the stiffness of that region. First what the change \
          makes of its resonance: frequency over that of the usual tissue. Rows whose predicted shift \
-         is off by more than {:.0} % stand out.",
+         is off by more than {:.0} % stand out. Where the simulation swings faster than {HIGHEST_HZ:.0} Hz, \
+         60 frames a second cannot tell.",
         100.0 * RESONANCE_AIM
     ));
     let settings = study::simulator_settings(subject.data_set, subject.body);
@@ -169,7 +170,11 @@ fn shift_table(
                 continue;
             };
             let region = shift.test.region.name();
-            let within = difference.abs() <= RESONANCE_AIM;
+            let (fine, verdict) = match (shift.resolved, difference.abs() <= RESONANCE_AIM) {
+                (false, _) => (true, "cannot be told"),
+                (true, true) => (true, "yes"),
+                (true, false) => (false, "no"),
+            };
             let cells = vec![
                 labels[*method].to_owned(),
                 region.to_owned(),
@@ -177,9 +182,9 @@ fn shift_table(
                 format!("{:.3}", shift.simulated),
                 format!("{predicted:.3}"),
                 format!("{:+.0} %", 100.0 * difference),
-                if within { "yes" } else { "no" }.to_owned(),
+                verdict.to_owned(),
             ];
-            match within {
+            match fine {
                 true => table.row(cells),
                 false => table.marked_row(cells),
             }
