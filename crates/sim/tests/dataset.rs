@@ -42,7 +42,7 @@ fn a_clip_round_trips_with_equal_bytes() {
     assert!((read.offset_rest_m(1, 2).y - 16e-3).abs() < 1e-5);
     let header = ClipHeader::read(&a).unwrap();
     assert_eq!(
-        (header.frame_count, header.vertex_count, header.seed),
+        (header.frame_count, header.vertices.len(), header.seed),
         (2, 3, 7)
     );
     assert_eq!(header.name, clip.name);
