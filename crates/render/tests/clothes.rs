@@ -73,15 +73,15 @@ fn front(target_world_m: Vec3) -> Camera {
     }
 }
 
-/// In each column the row where skin and cloth meet, if they do so once.
+/// In each column the row of the picture's middle half where skin and cloth meet, if they do so once.
 fn hem_rows(pixels: &[u8]) -> Vec<Option<f64>> {
     let pixels = pixels.as_chunks::<4>().0;
     let (width, height) = (SIZE.width as usize, SIZE.height as usize);
     let columns = (0..width).map(|column| {
-        let cloth: Vec<bool> = (0..height)
-            .map(|row| is_cloth(pixels[row * width + column]))
-            .collect();
-        let mut changes = (1..height).filter(|&row| cloth[row] != cloth[row - 1]);
+        let cloth = |row: usize| is_cloth(pixels[row * width + column]);
+        // Other hems may be above and below.
+        let middle = height / 4..3 * height / 4;
+        let mut changes = middle.filter(|&row| cloth(row) != cloth(row - 1));
         let row = changes.next()?;
         (changes.next().is_none()
             && (is_skin(pixels[row.saturating_sub(3) * width + column])
