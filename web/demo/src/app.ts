@@ -68,6 +68,9 @@ export class App {
   #motionIsStale = false;
   /** The moment to jump to before the next picture; null: none. */
   #seekSeconds: number | null = null;
+  /** Whether the body may be somewhere else than in the picture before, and the camera goes there at once. */
+  #jumped = false;
+  #isComplete = false;
   /** Whose key or name is held down. */
   #held: Shown["slot"] | null = null;
   #lastFrame: number | null = null;
@@ -191,6 +194,11 @@ export class App {
     return this.#cast;
   }
 
+  /** Whether the actors, networks and clip that the settings asked for at the start are on the screen. */
+  get isComplete(): boolean {
+    return this.#isComplete;
+  }
+
   /** Where the bodies are in the picture, as they were last stepped. */
   get bodiesPx(): Extent[] {
     const avatars = this.#playback?.avatars ?? [];
@@ -267,12 +275,16 @@ export class App {
         playback?.setAvatars(playback.avatars, this.#program.makeMotion(playback.avatar));
       });
     }
-    if (seconds !== null) this.#changed(() => this.#play((playback) => playback.seek(seconds)));
+    if (seconds !== null) {
+      this.#jumped = true;
+      this.#changed(() => this.#play((playback) => playback.seek(seconds)));
+    }
   }
 
   /** Shows the settings' actors of a cast; the present ones stay if the motion does not suit them. */
   #show(cast: Cast): void {
     this.#stale = true;
+    this.#jumped = true;
     this.#hold(null);
     const { layout } = this.settings;
     const before = this.#playback?.avatars ?? [];
@@ -309,7 +321,9 @@ export class App {
     this.#describe();
     this.hud.clear();
     this.#announce();
-    if (cast.model) this.#goToStart();
+    if (!cast.model) return;
+    this.#isComplete = true;
+    this.#goToStart();
   }
 
   /** Goes to the moment of the link once the networks are there. */
@@ -545,13 +559,16 @@ export class App {
   draw(elapsedSeconds: number): void {
     this.applyChanges();
     this.#stale = false;
+    // Where no frames follow, a camera on its way would stay there.
+    const followSeconds = this.#jumped ? 0 : elapsedSeconds;
+    this.#jumped = false;
     const playback = this.#playback;
     if (playback) {
       this.#play(() => playback.frame(elapsedSeconds));
       if (!playback.paused && this.mainAvatar) this.hud.addStep(this.mainAvatar);
       // A hand pulls the body against a camera that stands still.
       const [x = 0, , z = 0] = playback.motion instanceof ByHand ? [] : playback.pose;
-      this.#view.camera.followBody(x, z, elapsedSeconds);
+      this.#view.camera.followBody(x, z, followSeconds);
       this.hud.timed("upload", () => {
         const looks = this.stage.appearances(playback.avatars);
         const divided = this.settings.layout === "wipe" && looks.length === 2;
@@ -560,7 +577,7 @@ export class App {
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }
     this.hud.timed("render", () => this.#view.draw());
-    this.#showHandles(elapsedSeconds);
+    this.#showHandles(followSeconds);
     this.#capture.afterDraw();
   }
 }

@@ -54,7 +54,7 @@ export function installHook(app: App, view: View): void {
   };
   window.dynaskinDemo = {
     get ready() {
-      return app.cast?.model != null;
+      return app.isComplete;
     },
     get backend() {
       return view.renderer.backend;
