@@ -2,8 +2,8 @@
 //! body each.
 //!
 //! Tissue of the left calf says nothing about the right arm, but components of the whole body hold
-//! numbers for both. Blocks need a fifth of the weights for the same error (ARCHITECTURE.md, "A basis
-//! for each block"), and weights are the download and the time of a frame.
+//! numbers for both. Blocks need a fifth of the weights for the same error
+//! (docs/design/decoder.md), and weights are the download and the time of a frame.
 
 use dynaskin_body::{BodyModel, REGION_COUNT, Region};
 use nalgebra::DMatrix;
