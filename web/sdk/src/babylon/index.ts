@@ -4,6 +4,7 @@
  *
  * @module
  */
+export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
 
 import type { Bone } from "@babylonjs/core/Bones/bone.js";

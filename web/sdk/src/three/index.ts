@@ -22,6 +22,7 @@ import { checkAligned, findBones, type RigOptions, type TissueSource } from "../
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
 
+export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
 
 const position = new Vector3();

@@ -11,6 +11,7 @@
 export { WorkerAvatar } from "./avatar.js";
 export { WorkerCrowd } from "./crowd.js";
 export { WorkerModel } from "./model.js";
+export type { Remote } from "./remote.js";
 
 import { checkCallback, checkObject, checkSignal } from "../check.js";
 import { DynaSkinError } from "../error.js";
