@@ -76,6 +76,7 @@ pub struct Avatar {
     pub(crate) enabled: bool,
     /// Metres of the world in a metre of the body.
     pub(crate) scale: f64,
+    revision: u32,
     controls: Controls,
     vertex_controls: Vec<VertexControls>,
     pub(crate) skin: SkinMatrices,
@@ -107,6 +108,7 @@ impl Avatar {
             unsettled: true,
             enabled: true,
             scale: 1.0,
+            revision: 0,
             controls: Controls::default(),
             vertex_controls: vec![VertexControls::NONE; model.soft_vertices().len()],
             skin_matrices: skin::matrices(&skin),
@@ -170,8 +172,15 @@ impl Avatar {
         }
         self.surface.set_figure(self.model.topology(), &figure);
         self.figure = figure;
+        self.revision = self.revision.wrapping_add(1);
         self.apply();
         Ok(())
+    }
+
+    /// Counts the shapes that the avatar was given: another number after every [`Self::set_shape`] and
+    /// [`Self::restore`], so that whoever depends on the shape need not compare it.
+    pub fn revision(&self) -> u32 {
+        self.revision
     }
 
     /// Changes all controls; what is shown follows at once. The networks run on at a strength of 0,
