@@ -5,12 +5,11 @@
 //! What is shown lies between the last two ticks, one tick (16.7 ms) behind the host, because at
 //! the host's instant only ticks of the past exist.
 
-use dynaskin_body::{JOINT_COUNT, Pose};
-use dynaskin_motion::MODEL_RATE_HZ;
+use dynaskin_skeleton::{JOINT_COUNT, MODEL_RATE_HZ, Pose, rotation_vector};
 use glam::DVec3;
 
 use crate::RuntimeError;
-use crate::features::{ROTATION_JOINTS, rotation_vector};
+use crate::features::ROTATION_JOINTS;
 use crate::interpolate::{Rates, Way};
 use crate::state::{Reader, Writer};
 

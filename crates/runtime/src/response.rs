@@ -21,7 +21,7 @@
 //! in several ways at once, and far from rest, where it stiffens, the result is an approximation.
 
 use dynaskin_body::{Pose, REGION_COUNT, SHAPE_COUNT};
-use dynaskin_motion::MODEL_RATE_HZ;
+use dynaskin_skeleton::MODEL_RATE_HZ;
 use glam::DVec3;
 
 use crate::RuntimeError;

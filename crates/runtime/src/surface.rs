@@ -172,7 +172,7 @@ fn add_normals(faces: &[[u32; 3]], positions_m: &[Vec3], sums: &mut [Vec3]) {
     }
 }
 
-/// The offset with its length limited as by [`crate::features::SoftLimit`], the knee being half the
+/// The offset with its length limited as by [`dynaskin_skeleton::SoftLimit`], the knee being half the
 /// limit.
 fn limited(offset_m: Vec3, limit_m: f32) -> Vec3 {
     let knee_m = 0.5 * limit_m;

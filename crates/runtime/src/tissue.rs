@@ -4,11 +4,12 @@
 use std::sync::Arc;
 
 use dynaskin_body::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::Kinematics;
 use glam::Vec3;
 
 use crate::RuntimeError;
 use crate::controls::Controls;
-use crate::features::{FeatureKind, Kinematics, MotionFeatures};
+use crate::features::{FeatureKind, MotionFeatures};
 use crate::figure::{Figure, RestTissue};
 use crate::model::Model;
 use crate::onnx::{Predictor, PredictorSession, PredictorState};
