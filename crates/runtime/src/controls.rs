@@ -5,7 +5,11 @@ use dynaskin_body::{REGION_COUNT, Region};
 use crate::RuntimeError;
 use crate::features::{FeatureKind, Materials};
 use crate::state::{Reader, Writer};
-use crate::surface::OFFSET_LIMIT_M;
+
+/// No offset is longer than this, in metres, whatever the networks and controls say. Offsets up to
+/// half of it are left alone: tissue of an adult does not move further against its bones in any
+/// motion of the training data.
+pub const OFFSET_LIMIT_M: f32 = 0.20;
 
 /// Largest strength, region gain and root inertia.
 pub const MAX_GAIN: f32 = 4.0;
@@ -196,7 +200,7 @@ impl Controls {
 pub(crate) struct Shares {
     /// What the networks are told.
     pub materials: Materials,
-    /// What is left to [`crate::response`].
+    /// What is left to the filters of [`crate::tissue`].
     pub left: [RegionControls; REGION_COUNT],
 }
 

@@ -10,8 +10,8 @@ use glam::DVec3;
 
 use crate::RuntimeError;
 use crate::features::ROTATION_JOINTS;
-use crate::interpolate::{Rates, Way};
 use crate::state::{Reader, Writer};
+use crate::timeline::interpolation::{Rates, Way};
 
 /// Longest time step that is caught up with, in seconds: 15 ticks. A longer one is a stall (hidden
 /// tab, debugger), after which the tissue starts settled.
