@@ -188,7 +188,14 @@ mod tests {
         let difference = |kind: FeatureKind, placement: Placement| {
             let of = |motion: &Clip| {
                 let shape = [0.0; SHAPE_COUNT];
-                clip_features(kind, motion, &body.joints_m, &shape, &Materials::default())
+                clip_features(
+                    kind,
+                    &motion.frames,
+                    motion.rate_hz,
+                    &body.joints_m,
+                    &shape,
+                    &Materials::default(),
+                )
             };
             let (here, there) = (of(&walk()), of(&placement.apply(&walk())));
             let (here, there) = (here.expect("features"), there.expect("features"));

@@ -7,19 +7,10 @@
 //! front end from the wasm file.
 
 mod convolutions;
-mod decoder;
 mod messages;
 mod operators;
-mod plans;
-mod predictor;
 mod proto;
 mod translate;
-
-pub(crate) use decoder::DecoderRows;
-pub use decoder::{Decoder, DecoderSession};
-pub(crate) use plans::BATCH;
-pub(crate) use predictor::PredictorRows;
-pub use predictor::{Predictor, PredictorSession, PredictorState};
 
 use crate::{Network, RuntimeError};
 use tract_core::prelude::TypedModel;
@@ -55,7 +46,11 @@ pub(crate) fn read(
 }
 
 /// Index and length of the port `name`, which must have the shape [1, length].
-fn row(network: Network, ports: &[Port], name: &str) -> Result<(usize, usize), RuntimeError> {
+pub(crate) fn row(
+    network: Network,
+    ports: &[Port],
+    name: &str,
+) -> Result<(usize, usize), RuntimeError> {
     let Some(index) = ports.iter().position(|port| port.name == name) else {
         let expected = format!("a value `{name}`");
         return Err(broken(network, "ports", expected, names(ports)));
@@ -69,13 +64,13 @@ fn row(network: Network, ports: &[Port], name: &str) -> Result<(usize, usize), R
     }
 }
 
-fn names(ports: &[Port]) -> String {
+pub(crate) fn names(ports: &[Port]) -> String {
     let names: Vec<&str> = ports.iter().map(|port| port.name.as_str()).collect();
     format!("{names:?}")
 }
 
 /// The error for a graph that is not what the contract asks for.
-fn broken(
+pub(crate) fn broken(
     network: Network,
     place: impl Into<String>,
     expected: impl Into<String>,

@@ -197,7 +197,8 @@ fn ringing(model: &BodyModel, vertices: &[u32], region: Region, offsets_m: &[f32
 
 #[cfg(test)]
 mod tests {
-    use dynaskin_runtime::features::{FeatureKind, GRAVITY_M_S2, Materials, clip_features};
+    use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
+    use dynaskin_skeleton::GRAVITY_M_S2;
 
     use super::*;
     use crate::fixture;
@@ -207,7 +208,14 @@ mod tests {
         let joints_rest_m = fixture::symmetric_body(2).joint_template_m;
         let kind = FeatureKind::InertialMaterials;
         let shape = [0.0; SHAPE_COUNT];
-        let features = clip_features(kind, &jerk(), &joints_rest_m, &shape, &Materials::default());
+        let features = clip_features(
+            kind,
+            &jerk().frames,
+            MODEL_RATE_HZ,
+            &joints_rest_m,
+            &shape,
+            &Materials::default(),
+        );
         let features = features.expect("features");
         let upwards: Vec<f64> = features
             .chunks_exact(kind.count())

@@ -20,189 +20,10 @@
 //! What it is not: a second simulation. Each region counts as one oscillator, so where tissue swings
 //! in several ways at once, and far from rest, where it stiffens, the result is an approximation.
 
-use dynaskin_body::{Pose, REGION_COUNT, SHAPE_COUNT};
-use dynaskin_motion::MODEL_RATE_HZ;
-use glam::DVec3;
+use dynaskin_body::REGION_COUNT;
 
-use crate::RuntimeError;
 use crate::controls::RegionControls;
-use crate::engine::Engine;
-use crate::features::MotionFeatures;
-use crate::model::Model;
-use crate::tissue::settled;
-
-/// Length of the pulse that modes are measured with, in ticks: short beside the period of soft
-/// tissue, long enough for second differences to see its shape.
-const PULSE_TICKS: usize = 6;
-
-/// Rise of the pelvis in that pulse, in metres: its peak acceleration is 20 m/s², of a hop's size.
-const PULSE_HEIGHT_M: f64 = 0.01;
-
-/// Ticks after the pulse in which tissue is watched swinging out.
-const WATCHED_TICKS: usize = 45;
-
-/// A vertex is part of a region for the measurement from this membership on.
-const MEMBER: f32 = 0.5;
-
-/// How a region swings by itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Mode {
-    /// ω in rad/s.
-    pub frequency_rad_s: f64,
-    /// ζ: 1 is critically damped.
-    pub damping_ratio: f64,
-}
-
-impl Mode {
-    /// Soft tissue of no particular kind, where a region does not swing visibly: 4 Hz, a quarter of
-    /// critical damping.
-    const TYPICAL: Self = Self {
-        frequency_rad_s: 4.0 * std::f64::consts::TAU,
-        damping_ratio: 0.25,
-    };
-
-    /// The mode of tissue stiffer and more damped by the given factors.
-    pub fn of_material(self, stiffness: f32, damping: f32) -> Self {
-        Self {
-            frequency_rad_s: self.frequency_rad_s * f64::from(stiffness).sqrt(),
-            damping_ratio: self.damping_ratio * f64::from(damping),
-        }
-    }
-
-    /// The mode of a free decay `u_t = a1 u_{t-1} + a2 u_{t-2}` at the model's rate.
-    fn of_decay(a1: f64, a2: f64) -> Option<Self> {
-        let discriminant = a1 * a1 / 4.0 + a2;
-        // ln z of the two poles: their mean and half their difference.
-        let (mean, split_squared) = if discriminant < 0.0 {
-            let angle = (-discriminant).sqrt().atan2(a1 / 2.0);
-            (0.5 * (-a2).ln(), -angle * angle)
-        } else {
-            let (fast, slow) = (
-                a1 / 2.0 - discriminant.sqrt(),
-                a1 / 2.0 + discriminant.sqrt(),
-            );
-            if fast <= 0.0 {
-                return None;
-            }
-            let half = 0.5 * (slow.ln() - fast.ln());
-            (0.5 * (slow.ln() + fast.ln()), half * half)
-        };
-        let squared = mean * mean - split_squared;
-        if !(squared.is_finite() && squared > 0.0 && mean < 0.0) {
-            return None;
-        }
-        let frequency_rad_s = squared.sqrt() * MODEL_RATE_HZ;
-        let damping_ratio = -mean / squared.sqrt();
-        let hertz = frequency_rad_s / std::f64::consts::TAU;
-        let plausible = (1.0..=15.0).contains(&hertz) && (0.02..=2.0).contains(&damping_ratio);
-        plausible.then_some(Self {
-            frequency_rad_s,
-            damping_ratio,
-        })
-    }
-
-    /// `1 - p1 z⁻¹ - p2 z⁻²` with this mode's poles.
-    fn recursion(self) -> (f64, f64) {
-        let decay = self.damping_ratio * self.frequency_rad_s / MODEL_RATE_HZ;
-        let split = 1.0 - self.damping_ratio * self.damping_ratio;
-        let turn = self.frequency_rad_s / MODEL_RATE_HZ * split.abs().sqrt();
-        let shrink = (-decay).exp();
-        if split >= 0.0 {
-            // Beyond half the rate, frequencies would alias down again.
-            (2.0 * shrink * turn.min(2.8).cos(), -shrink * shrink)
-        } else {
-            let (fast, slow) = ((-decay - turn).exp(), (-decay + turn).exp());
-            (fast + slow, -fast * slow)
-        }
-    }
-}
-
-/// The modes of a model's regions at the average shape: the networks are given a short bump, and
-/// the recursion of second order that best describes how each region swings out is its mode.
-///
-/// # Errors
-/// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`].
-pub(crate) fn modes(model: &Model) -> Result<[Mode; REGION_COUNT], RuntimeError> {
-    let body = model.body();
-    let Some(networks) = model
-        .networks()
-        .filter(|_| body.region_weights.len() == REGION_COUNT)
-    else {
-        return Ok([Mode::TYPICAL; REGION_COUNT]);
-    };
-    let shape = [0.0; SHAPE_COUNT];
-    let joints_rest_m = body.shaped(&shape).joints_m;
-    let mut features = MotionFeatures::new(model.feature_kind(), &joints_rest_m, &shape);
-    let Engine {
-        mut predictor,
-        mut decoder,
-        ..
-    } = Engine::new(networks)?;
-    let mut latent = vec![0.0; networks.bundle.latent_count];
-    let standing = features.push(&Pose::REST);
-    let mut state = settled(&mut predictor, standing, &mut latent)?;
-    let mut rest_m = vec![0.0; 3 * networks.bundle.vertices.len()];
-    decoder.decode(&latent, &mut rest_m)?;
-
-    let mut past = [rest_m.clone(), rest_m.clone()];
-    let mut now = rest_m.clone();
-    let mut fits = [Fit::default(); REGION_COUNT];
-    for tick in 1..=PULSE_TICKS + WATCHED_TICKS {
-        let turn = std::f64::consts::TAU * tick.min(PULSE_TICKS) as f64 / PULSE_TICKS as f64;
-        let mut pose = Pose::REST;
-        pose.root_translation_m = DVec3::Y * (0.5 * PULSE_HEIGHT_M * (1.0 - turn.cos()));
-        predictor.step(features.push(&pose), &mut state, &mut latent)?;
-        decoder.decode(&latent, &mut now)?;
-        // The accelerations of the pulse reach two ticks past it.
-        if tick >= PULSE_TICKS + 4 {
-            for (fit, weights) in fits.iter_mut().zip(&body.region_weights) {
-                for (slot, &vertex) in networks.bundle.vertices.iter().enumerate() {
-                    if weights[vertex as usize] < MEMBER {
-                        continue;
-                    }
-                    for number in 3 * slot..3 * slot + 3 {
-                        let at = |list: &[f32]| f64::from(list[number] - rest_m[number]);
-                        fit.add(at(&now), at(&past[0]), at(&past[1]));
-                    }
-                }
-            }
-        }
-        past.swap(0, 1);
-        std::mem::swap(&mut past[0], &mut now);
-    }
-    Ok(fits.map(|fit| fit.mode().unwrap_or(Mode::TYPICAL)))
-}
-
-/// Least squares for `u_t = a1 u_{t-1} + a2 u_{t-2}`.
-#[derive(Clone, Copy, Debug, Default)]
-struct Fit {
-    s11: f64,
-    s12: f64,
-    s22: f64,
-    r1: f64,
-    r2: f64,
-}
-
-impl Fit {
-    fn add(&mut self, now: f64, before: f64, earlier: f64) {
-        self.s11 += before * before;
-        self.s12 += before * earlier;
-        self.s22 += earlier * earlier;
-        self.r1 += now * before;
-        self.r2 += now * earlier;
-    }
-
-    fn mode(&self) -> Option<Mode> {
-        let determinant = self.s11 * self.s22 - self.s12 * self.s12;
-        let solvable = determinant > 1e-9 * self.s11 * self.s22;
-        if !solvable {
-            return None;
-        }
-        let a1 = (self.r1 * self.s22 - self.r2 * self.s12) / determinant;
-        let a2 = (self.r2 * self.s11 - self.r1 * self.s12) / determinant;
-        Mode::of_decay(a1, a2)
-    }
-}
+use crate::tissue::mode::Mode;
 
 /// One vertex's filter: `y = g (x - n1 x₁ - n2 x₂) + p1 y₁ + p2 y₂`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -233,6 +54,51 @@ impl Coefficients {
     }
 }
 
+/// What is to be done to each soft vertex.
+#[derive(Clone, Debug)]
+pub(crate) struct Filters(Vec<Coefficients>);
+
+impl Filters {
+    /// For `soft_vertices`, which belong to the regions by `region_weights` (for each region one a
+    /// vertex), swing by `modes` and are to be changed by `regions`.
+    pub fn new(
+        soft_vertices: &[u32],
+        region_weights: &[Vec<f32>],
+        modes: &[Mode; REGION_COUNT],
+        regions: &[RegionControls; REGION_COUNT],
+    ) -> Self {
+        let of_vertex = |&vertex: &u32| {
+            // Factors and frequencies are blended where regions meet, as their logarithms.
+            let mut logs = [0.0; 4];
+            let mut sum = 0.0;
+            for ((weights, mode), region) in region_weights.iter().zip(modes).zip(regions) {
+                let weight = f64::from(weights[vertex as usize]);
+                sum += weight;
+                for (log, number) in logs.iter_mut().zip([
+                    mode.frequency_rad_s,
+                    mode.damping_ratio,
+                    f64::from(region.stiffness),
+                    f64::from(region.damping),
+                ]) {
+                    *log += weight * number.ln();
+                }
+            }
+            if sum > 1e-6 {
+                let [frequency_rad_s, damping_ratio, stiffness, damping] =
+                    logs.map(|log| (log / sum).exp());
+                let mode = Mode {
+                    frequency_rad_s,
+                    damping_ratio,
+                };
+                Coefficients::new(mode, stiffness, damping)
+            } else {
+                Coefficients::new(Mode::TYPICAL, 1.0, 1.0)
+            }
+        };
+        Self(soft_vertices.iter().map(of_vertex).collect())
+    }
+}
+
 /// The filters of all soft vertices and what they remember. Offsets are those at rest taken away,
 /// three numbers a vertex, in metres.
 #[derive(Clone, Debug)]
@@ -245,60 +111,18 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// Filters for the soft vertices of `model` that start from `offsets_m` at rest.
-    pub fn new(
-        model: &Model,
-        modes: &[Mode; REGION_COUNT],
-        regions: &[RegionControls; REGION_COUNT],
-        offsets_m: &[f32],
-    ) -> Self {
-        let mut response = Self {
-            coefficients: Vec::with_capacity(model.soft_vertices().len()),
+    /// Filters that start from `offsets_m` at rest.
+    pub fn new(filters: Filters, offsets_m: &[f32]) -> Self {
+        Self {
+            coefficients: filters.0,
             inputs_m: [offsets_m.to_vec(), offsets_m.to_vec()],
             outputs_m: [offsets_m.to_vec(), offsets_m.to_vec()],
-        };
-        response.set(model, modes, regions);
-        response
+        }
     }
 
     /// Other settings; what swings swings on.
-    pub fn set(
-        &mut self,
-        model: &Model,
-        modes: &[Mode; REGION_COUNT],
-        regions: &[RegionControls; REGION_COUNT],
-    ) {
-        self.coefficients.clear();
-        for &vertex in model.soft_vertices() {
-            // Factors and frequencies are blended where regions meet, as their logarithms.
-            let mut logs = [0.0; 4];
-            let mut sum = 0.0;
-            for ((weights, mode), region) in
-                model.body().region_weights.iter().zip(modes).zip(regions)
-            {
-                let weight = f64::from(weights[vertex as usize]);
-                sum += weight;
-                for (log, number) in logs.iter_mut().zip([
-                    mode.frequency_rad_s,
-                    mode.damping_ratio,
-                    f64::from(region.stiffness),
-                    f64::from(region.damping),
-                ]) {
-                    *log += weight * number.ln();
-                }
-            }
-            self.coefficients.push(if sum > 1e-6 {
-                let [frequency_rad_s, damping_ratio, stiffness, damping] =
-                    logs.map(|log| (log / sum).exp());
-                let mode = Mode {
-                    frequency_rad_s,
-                    damping_ratio,
-                };
-                Coefficients::new(mode, stiffness, damping)
-            } else {
-                Coefficients::new(Mode::TYPICAL, 1.0, 1.0)
-            });
-        }
+    pub fn set(&mut self, filters: Filters) {
+        self.coefficients = filters.0;
     }
 
     /// As after `offsets_m` for long.
@@ -354,6 +178,8 @@ impl Response {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tissue::mode::Fit;
+    use dynaskin_skeleton::MODEL_RATE_HZ;
 
     const DT: f64 = 1.0 / MODEL_RATE_HZ;
 

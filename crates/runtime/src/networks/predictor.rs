@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::plans::{Plans, Rows, Runner, finite};
-use super::{Graph, broken, names, read, row};
-use crate::state::{Reader, Writer};
+use crate::onnx::{Graph, broken, names, read, row};
 use crate::{Network, RuntimeError};
 
 const NETWORK: Network = Network::Predictor;
@@ -43,32 +42,22 @@ enum Part {
 pub struct PredictorState(Vec<f32>);
 
 impl PredictorState {
-    pub(crate) fn numbers(&self) -> &[f32] {
-        &self.0
-    }
-
-    pub(crate) fn numbers_mut(&mut self) -> &mut [f32] {
-        &mut self.0
-    }
-
-    /// Adds the state's numbers to a saved state.
-    pub(crate) fn write(&self, writer: &mut Writer) {
-        writer.floats(&self.0);
+    /// Its numbers.
+    pub(crate) fn into_numbers(self) -> Vec<f32> {
+        self.0
     }
 }
 
-/// One tick of several avatars: what [`PredictorSession::step_rows`] works on.
-pub(crate) trait PredictorRows {
-    /// How many.
-    fn count(&self) -> usize;
-    /// The features of row `row`.
-    fn features(&self, row: usize) -> &[f32];
+/// One tick of the predictor, of which [`PredictorSession::step_rows`] makes several at once.
+pub(crate) trait PredictorRow {
+    /// What the tick sees.
+    fn features(&self) -> &[f32];
     /// The state before the tick.
-    fn state(&self, row: usize) -> &[f32];
+    fn state(&self) -> &[f32];
     /// Where the next state goes.
-    fn state_mut(&mut self, row: usize) -> &mut [f32];
+    fn state_mut(&mut self) -> &mut [f32];
     /// Where the latent goes.
-    fn latent_mut(&mut self, row: usize) -> &mut [f32];
+    fn latent_mut(&mut self) -> &mut [f32];
 }
 
 /// A use of a [`Predictor`] by one thread.
@@ -102,14 +91,6 @@ impl Predictor {
     /// L: numbers that [`PredictorSession::step`] writes.
     pub fn latent_count(&self) -> usize {
         self.ports.latent_count
-    }
-
-    /// The numbers of a saved state.
-    pub(crate) fn read_state(
-        &self,
-        reader: &mut Reader<'_>,
-    ) -> Result<PredictorState, RuntimeError> {
-        Ok(PredictorState(reader.floats(self.ports.state_count)?))
     }
 
     /// The state before anything was seen: zeros.
@@ -192,37 +173,34 @@ impl PredictorSession {
         latent: &mut [f32],
     ) -> Result<(), RuntimeError> {
         struct One<'a>(&'a [f32], &'a mut PredictorState, &'a mut [f32]);
-        impl PredictorRows for One<'_> {
-            fn count(&self) -> usize {
-                1
-            }
-            fn features(&self, _row: usize) -> &[f32] {
+        impl PredictorRow for One<'_> {
+            fn features(&self) -> &[f32] {
                 self.0
             }
-            fn state(&self, _row: usize) -> &[f32] {
+            fn state(&self) -> &[f32] {
                 &self.1.0
             }
-            fn state_mut(&mut self, _row: usize) -> &mut [f32] {
+            fn state_mut(&mut self) -> &mut [f32] {
                 &mut self.1.0
             }
-            fn latent_mut(&mut self, _row: usize) -> &mut [f32] {
+            fn latent_mut(&mut self) -> &mut [f32] {
                 self.2
             }
         }
-        self.step_rows(&mut One(features, state, latent))
+        self.step_rows(&mut [One(features, state, latent)])
     }
 
-    /// One tick of several avatars.
+    /// One tick of several rows.
     ///
     /// # Errors
     /// As [`Self::step`], for all rows if for one; latents may have been written.
-    pub(crate) fn step_rows(&mut self, rows: &mut impl PredictorRows) -> Result<(), RuntimeError> {
+    pub(crate) fn step_rows(&mut self, rows: &mut [impl PredictorRow]) -> Result<(), RuntimeError> {
         let ports = &self.predictor.ports;
-        let rows_count = rows.count();
-        for row in 0..rows_count {
+        let rows_count = rows.len();
+        for row in rows.iter_mut() {
             let expected = (ports.feature_count, ports.state_count, ports.latent_count);
-            let latents = rows.latent_mut(row).len();
-            let got = (rows.features(row).len(), rows.state(row).len(), latents);
+            let latents = row.latent_mut().len();
+            let got = (row.features().len(), row.state().len(), latents);
             if got != expected {
                 let reason = format!(
                     "it has features, states and latents of {expected:?} numbers, not {got:?}"
@@ -245,8 +223,8 @@ impl PredictorSession {
         if !tick.sound {
             return Err(RuntimeError::NonFinite { network: NETWORK });
         }
-        for (row, next) in self.next.chunks_exact(count.max(1)).enumerate() {
-            rows.state_mut(row).copy_from_slice(next);
+        for (row, next) in rows.iter_mut().zip(self.next.chunks_exact(count.max(1))) {
+            row.state_mut().copy_from_slice(next);
         }
         Ok(())
     }
@@ -255,18 +233,18 @@ impl PredictorSession {
 /// The rows of one tick.
 struct Tick<'a, R> {
     ports: &'a PredictorPorts,
-    rows: &'a mut R,
+    rows: &'a mut [R],
     next: &'a mut [f32],
     /// Whether all numbers so far were finite.
     sound: bool,
 }
 
-impl<R: PredictorRows> Rows for Tick<'_, R> {
+impl<R: PredictorRow> Rows for Tick<'_, R> {
     fn fill(&self, port: usize, row: usize, target: &mut [f32]) {
         match self.ports.inputs[port] {
-            Part::Signal => target.copy_from_slice(self.rows.features(row)),
+            Part::Signal => target.copy_from_slice(self.rows[row].features()),
             Part::State(start) => {
-                let state = self.rows.state(row);
+                let state = self.rows[row].state();
                 target.copy_from_slice(&state[start..start + target.len()]);
             }
         }
@@ -275,7 +253,7 @@ impl<R: PredictorRows> Rows for Tick<'_, R> {
     fn take(&mut self, port: usize, row: usize, source: &[f32]) {
         self.sound &= finite(source);
         match self.ports.outputs[port] {
-            Part::Signal => self.rows.latent_mut(row).copy_from_slice(source),
+            Part::Signal => self.rows[row].latent_mut().copy_from_slice(source),
             Part::State(start) => {
                 let start = row * self.ports.state_count + start;
                 self.next[start..start + source.len()].copy_from_slice(source);

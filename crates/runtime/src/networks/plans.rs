@@ -11,7 +11,7 @@ use std::sync::{Arc, OnceLock};
 
 use tract_core::prelude::*;
 
-use super::{Graph, Port, read};
+use crate::onnx::{Graph, Port, read};
 use crate::{Network, RuntimeError};
 
 /// Rows of the batched plan: the width of tract's matrix kernels for WebAssembly.

@@ -5,14 +5,13 @@
 //! What is shown lies between the last two ticks, one tick (16.7 ms) behind the host, because at
 //! the host's instant only ticks of the past exist.
 
-use dynaskin_body::{JOINT_COUNT, Pose};
-use dynaskin_motion::MODEL_RATE_HZ;
+use dynaskin_skeleton::{JOINT_COUNT, MODEL_RATE_HZ, Pose, rotation_vector};
 use glam::DVec3;
 
 use crate::RuntimeError;
-use crate::features::{ROTATION_JOINTS, rotation_vector};
-use crate::interpolate::{Rates, Way};
+use crate::features::ROTATION_JOINTS;
 use crate::state::{Reader, Writer};
+use crate::timeline::interpolation::{Rates, Way};
 
 /// Longest time step that is caught up with, in seconds: 15 ticks. A longer one is a stall (hidden
 /// tab, debugger), after which the tissue starts settled.

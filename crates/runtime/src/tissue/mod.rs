@@ -1,35 +1,46 @@
 //! The soft tissue of one avatar: what it remembers, and what happens to it before and after the
-//! networks run (which [`crate::engine`] does, for many avatars at once).
+//! networks run. It knows no networks: what they read and write are its rows of numbers.
+
+mod mode;
+mod response;
 
 use std::sync::Arc;
 
-use dynaskin_body::{JOINT_COUNT, Pose};
+use dynaskin_body::{Materials, SHAPE_COUNT};
+use dynaskin_skeleton::{JOINT_COUNT, Kinematics, Pose};
 use glam::Vec3;
 
 use crate::RuntimeError;
-use crate::controls::Controls;
-use crate::features::{FeatureKind, Kinematics, MotionFeatures};
-use crate::figure::{Figure, RestTissue};
-use crate::model::Model;
-use crate::onnx::{Predictor, PredictorSession, PredictorState};
-use crate::response::Response;
+use crate::features::{FeatureKind, MotionFeatures};
 use crate::state::{Reader, Writer};
 
-/// Most ticks of standing still until the tissue counts as settled: 2 s, after which tissue of
-/// adults has long come to rest.
-pub(crate) const MAX_SETTLE_TICKS: usize = 120;
-
-/// Settled is what changes by less than this fraction of the largest latent in one tick.
-const SETTLE_TOLERANCE: f32 = 1e-6;
+pub(crate) use mode::{Fit, Mode};
+pub(crate) use response::Filters;
+use response::Response;
 
 /// After a cut or a stall, what was shown before gives way to the settled tissue over this time, in
 /// seconds: a tissue's own swing takes about as long, so nothing pops.
 pub const FADE_SECONDS: f64 = 0.2;
 
+/// The tissue of one shape, come to rest in the rest pose.
+#[derive(Debug)]
+pub(crate) struct RestTissue {
+    /// Coefficients β in standard deviations.
+    pub shape: [f32; SHAPE_COUNT],
+    /// Rest positions of the joints in metres.
+    pub joints_rest_m: [Vec3; JOINT_COUNT],
+    /// The predictor's state.
+    pub state: Vec<f32>,
+    pub latent: Vec<f32>,
+    /// What the networks put out. The surface there is the plainly skinned one by definition, so
+    /// this is their error, and is taken away. Three numbers a soft vertex, in metres.
+    pub offsets_m: Vec<f32>,
+}
+
 #[derive(Debug)]
 pub(crate) struct Tissue {
     features: MotionFeatures,
-    state: PredictorState,
+    state: Vec<f32>,
     /// The latents of the last tick and of the one before.
     latent: Vec<f32>,
     latent_before: Vec<f32>,
@@ -37,7 +48,7 @@ pub(crate) struct Tissue {
     decoded: Vec<f32>,
     /// Offsets as decoded, three numbers a soft vertex, in metres.
     raw_m: Vec<f32>,
-    figure: Arc<Figure>,
+    rest: Arc<RestTissue>,
     /// Changes stiffness and damping; none while they are as predicted.
     response: Option<Response>,
     /// What is shown, three numbers a soft vertex, in metres: 0 at rest.
@@ -52,7 +63,7 @@ pub(crate) struct Tissue {
 #[derive(Debug)]
 pub(crate) struct Memory {
     past: Kinematics,
-    state: PredictorState,
+    state: Vec<f32>,
     latents: [Vec<f32>; 2],
     shown_m: Vec<f32>,
     faded_m: Vec<f32>,
@@ -63,16 +74,16 @@ pub(crate) struct Memory {
 
 impl Tissue {
     /// Tissue that has come to rest in the rest pose.
-    pub fn new(kind: FeatureKind, figure: &Arc<Figure>, rest: &RestTissue) -> Self {
+    pub fn new(kind: FeatureKind, rest: &Arc<RestTissue>) -> Self {
         let numbers = rest.offsets_m.len();
         Self {
-            features: MotionFeatures::new(kind, &figure.joints_rest_m, &figure.shape),
+            features: MotionFeatures::new(kind, &rest.joints_rest_m, &rest.shape),
             state: rest.state.clone(),
             latent: rest.latent.clone(),
             latent_before: rest.latent.clone(),
             decoded: rest.latent.clone(),
             raw_m: rest.offsets_m.clone(),
-            figure: Arc::clone(figure),
+            rest: Arc::clone(rest),
             response: None,
             shown_m: vec![0.0; numbers],
             faded_m: vec![0.0; numbers],
@@ -85,24 +96,24 @@ impl Tissue {
         &self.shown_m
     }
 
-    /// Takes over root inertia, stiffness and damping. What swings swings on.
-    pub fn set_controls(&mut self, model: &Model, controls: &Controls) -> Result<(), RuntimeError> {
-        let shares = controls.shares(model.feature_kind());
-        self.features.set_materials(&shares.materials);
-        if shares.are_predicted() {
-            self.response = None;
-        } else {
-            let (modes, regions) = (model.modes_of(&shares.materials)?, &shares.left);
-            let modes = &modes;
-            match &mut self.response {
-                Some(response) => response.set(model, modes, regions),
-                None => {
-                    self.response = Some(Response::new(model, modes, regions, &self.shown_m));
-                }
+    /// Takes over what the networks are told of the tissue's material, what is left to `filters`
+    /// after them, and root inertia. What swings swings on.
+    pub fn set_controls(
+        &mut self,
+        materials: &Materials,
+        filters: Option<Filters>,
+        root_inertia: f64,
+    ) {
+        self.features.set_materials(materials);
+        self.response = match (self.response.take(), filters) {
+            (_, None) => None,
+            (Some(mut response), Some(filters)) => {
+                response.set(filters);
+                Some(response)
             }
-        }
-        self.features.set_root_inertia(controls.root_inertia.into());
-        Ok(())
+            (None, Some(filters)) => Some(Response::new(filters, &self.shown_m)),
+        };
+        self.features.set_root_inertia(root_inertia);
     }
 
     /// Another length is one metre now: `ratio` is the old one over the new one.
@@ -111,14 +122,13 @@ impl Tissue {
     }
 
     /// Changes the body's shape; the motion goes on.
-    pub fn set_figure(&mut self, figure: &Arc<Figure>) {
-        self.features
-            .set_shape(&figure.joints_rest_m, &figure.shape);
-        let before = std::mem::replace(&mut self.figure, Arc::clone(figure));
+    pub fn set_rest(&mut self, rest: &Arc<RestTissue>) {
+        self.features.set_shape(&rest.joints_rest_m, &rest.shape);
+        let before = std::mem::replace(&mut self.rest, Arc::clone(rest));
         if self.response.is_none() {
             // The networks' error at rest differs from shape to shape: let the difference fade.
             let left = self.fade_left();
-            let rests = rest_m(&self.figure).iter().zip(rest_m(&before));
+            let rests = rest.offsets_m.iter().zip(&before.offsets_m);
             for (faded, (now, before)) in self.faded_m.iter_mut().zip(rests) {
                 *faded = left * *faded + now - before;
             }
@@ -132,15 +142,13 @@ impl Tissue {
         // One pose of history and no more: the body may be moving, and an acceleration from
         // standstill to its speed would be a blow.
         self.features.push(pose);
-        if let Some(rest) = &self.figure.rest {
-            self.state.clone_from(&rest.state);
-            self.latent.copy_from_slice(&rest.latent);
-        }
+        self.state.copy_from_slice(&self.rest.state);
+        self.latent.copy_from_slice(&self.rest.latent);
     }
 
-    /// Whether the last of those ticks changed nothing.
-    pub fn has_settled(&self) -> bool {
-        still(&self.latent_before, &self.latent)
+    /// The latents of the last tick and of the one before.
+    pub fn latents(&self) -> [&[f32]; 2] {
+        [&self.latent, &self.latent_before]
     }
 
     /// Takes the latent of the last tick as that of standing in the pose for long.
@@ -180,12 +188,12 @@ impl Tissue {
 
     /// The predictor's state.
     pub fn state(&self) -> &[f32] {
-        self.state.numbers()
+        &self.state
     }
 
     /// The predictor's state, to be moved on.
     pub fn state_mut(&mut self) -> &mut [f32] {
-        self.state.numbers_mut()
+        &mut self.state
     }
 
     /// Makes the last latent the one before; the next goes where [`Self::latent_mut`] says.
@@ -209,7 +217,7 @@ impl Tissue {
     /// Lets the response see the tick's offsets.
     pub fn respond(&mut self) {
         if let Some(response) = &mut self.response {
-            response.push(&self.raw_m, rest_m(&self.figure));
+            response.push(&self.raw_m, &self.rest.offsets_m);
         }
     }
 
@@ -271,7 +279,7 @@ impl Tissue {
     }
 
     fn take_decoded(&mut self) {
-        let decoded = self.raw_m.iter().zip(rest_m(&self.figure));
+        let decoded = self.raw_m.iter().zip(&self.rest.offsets_m);
         for (shown, (raw, rest)) in self.shown_m.iter_mut().zip(decoded) {
             *shown = raw - rest;
         }
@@ -296,7 +304,7 @@ impl Tissue {
     /// Adds what the tissue remembers to a saved state.
     pub fn write(&self, writer: &mut Writer) {
         self.features.write(writer);
-        self.state.write(writer);
+        writer.floats(&self.state);
         for numbers in [
             &self.latent,
             &self.latent_before,
@@ -317,7 +325,6 @@ impl Tissue {
     /// change stiffness or damping.
     pub fn read(
         &self,
-        predictor: &Predictor,
         reader: &mut Reader<'_>,
         joints_rest_m: &[Vec3; JOINT_COUNT],
         responds: bool,
@@ -325,7 +332,7 @@ impl Tissue {
         let (latents, numbers) = (self.latent.len(), self.shown_m.len());
         Ok(Memory {
             past: MotionFeatures::read_past(reader, joints_rest_m)?,
-            state: predictor.read_state(reader)?,
+            state: reader.floats(self.state.len())?,
             latents: [reader.floats(latents)?, reader.floats(latents)?],
             shown_m: reader.floats(numbers)?,
             faded_m: reader.floats(numbers)?,
@@ -351,37 +358,4 @@ impl Tissue {
             [response.inputs_m, response.outputs_m] = saved;
         }
     }
-}
-
-fn rest_m(figure: &Figure) -> &[f32] {
-    figure.rest.as_ref().map_or(&[], |rest| &rest.offsets_m)
-}
-
-/// Feeds the same `features` until the latent stays; gives the state and fills `latent`.
-///
-/// # Errors
-/// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`].
-pub(crate) fn settled(
-    predictor: &mut PredictorSession,
-    features: &[f32],
-    latent: &mut [f32],
-) -> Result<PredictorState, RuntimeError> {
-    let mut state = predictor.predictor().zero_state();
-    let mut before = vec![0.0_f32; latent.len()];
-    for _ in 0..MAX_SETTLE_TICKS {
-        before.copy_from_slice(latent);
-        predictor.step(features, &mut state, latent)?;
-        if still(&before, latent) {
-            break;
-        }
-    }
-    Ok(state)
-}
-
-/// Whether a latent has stopped changing.
-fn still(before: &[f32], latent: &[f32]) -> bool {
-    let size = latent.iter().fold(0.0_f32, |size, x| size.max(x.abs()));
-    let changes = latent.iter().zip(before);
-    let change = changes.fold(0.0_f32, |change, (a, b)| change.max((a - b).abs()));
-    change <= SETTLE_TOLERANCE * size
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::plans::{Plans, Rows, Runner, finite};
-use super::{broken, names, read, row};
+use crate::onnx::{broken, names, read, row};
 use crate::{Network, RuntimeError};
 
 const NETWORK: Network = Network::Decoder;
@@ -16,14 +16,12 @@ pub struct Decoder {
     vertex_count: usize,
 }
 
-/// What [`DecoderSession::decode_rows`] works on.
-pub(crate) trait DecoderRows {
-    /// How many.
-    fn count(&self) -> usize;
-    /// The latent of row `row`.
-    fn latent(&self, row: usize) -> &[f32];
-    /// Where its offsets go, three numbers a vertex, in metres.
-    fn offsets_m(&mut self, row: usize) -> &mut [f32];
+/// One call of the decoder, of which [`DecoderSession::decode_rows`] makes several at once.
+pub(crate) trait DecoderRow {
+    /// What is decoded.
+    fn latent(&self) -> &[f32];
+    /// Where the offsets go, three numbers a vertex, in metres.
+    fn offsets_m(&mut self) -> &mut [f32];
 }
 
 /// A use of a [`Decoder`] by one thread.
@@ -86,35 +84,37 @@ impl DecoderSession {
         })
     }
 
+    /// V: a third of the numbers that [`Self::decode`] writes.
+    pub(crate) fn vertex_count(&self) -> usize {
+        self.vertex_count
+    }
+
     /// Decodes `latent` into `offsets_m`, three numbers a vertex.
     ///
     /// # Errors
     /// [`RuntimeError::Inference`], also for a wrong length; [`RuntimeError::NonFinite`].
     pub fn decode(&mut self, latent: &[f32], offsets_m: &mut [f32]) -> Result<(), RuntimeError> {
         struct One<'a>(&'a [f32], &'a mut [f32]);
-        impl DecoderRows for One<'_> {
-            fn count(&self) -> usize {
-                1
-            }
-            fn latent(&self, _row: usize) -> &[f32] {
+        impl DecoderRow for One<'_> {
+            fn latent(&self) -> &[f32] {
                 self.0
             }
-            fn offsets_m(&mut self, _row: usize) -> &mut [f32] {
+            fn offsets_m(&mut self) -> &mut [f32] {
                 self.1
             }
         }
-        self.decode_rows(&mut One(latent, offsets_m))
+        self.decode_rows(&mut [One(latent, offsets_m)])
     }
 
-    /// Decodes for several avatars.
+    /// Decodes several rows.
     ///
     /// # Errors
     /// As [`Self::decode`], for all rows if for one.
-    pub(crate) fn decode_rows(&mut self, rows: &mut impl DecoderRows) -> Result<(), RuntimeError> {
+    pub(crate) fn decode_rows(&mut self, rows: &mut [impl DecoderRow]) -> Result<(), RuntimeError> {
         let expected = (self.latent_count, 3 * self.vertex_count);
-        let count = rows.count();
-        for row in 0..count {
-            let got = (rows.latent(row).len(), rows.offsets_m(row).len());
+        let count = rows.len();
+        for row in rows.iter_mut() {
+            let got = (row.latent().len(), row.offsets_m().len());
             if got != expected {
                 let reason = format!("it turns {expected:?} numbers into each other, not {got:?}");
                 return Err(RuntimeError::Inference {
@@ -135,18 +135,18 @@ impl DecoderSession {
 
 /// The rows of one run.
 struct Run<'a, R> {
-    rows: &'a mut R,
+    rows: &'a mut [R],
     /// Whether all numbers so far were finite.
     sound: bool,
 }
 
-impl<R: DecoderRows> Rows for Run<'_, R> {
+impl<R: DecoderRow> Rows for Run<'_, R> {
     fn fill(&self, _port: usize, row: usize, target: &mut [f32]) {
-        target.copy_from_slice(self.rows.latent(row));
+        target.copy_from_slice(self.rows[row].latent());
     }
 
     fn take(&mut self, _port: usize, row: usize, source: &[f32]) {
         self.sound &= finite(source);
-        self.rows.offsets_m(row).copy_from_slice(source);
+        self.rows[row].offsets_m().copy_from_slice(source);
     }
 }

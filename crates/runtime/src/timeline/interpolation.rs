@@ -6,10 +6,8 @@
 //! that of the parabola through this pose and the two before it: exact where the acceleration is
 //! constant, without a jump of the velocity at the poses, and no pose of the future is needed.
 
-use dynaskin_body::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::{JOINT_COUNT, Pose, rotation_vector};
 use glam::{DQuat, DVec3};
-
-use crate::features::rotation_vector;
 
 /// Where the step before was shorter than this fraction of the step, its noise would be blown up:
 /// straight interpolation then.
