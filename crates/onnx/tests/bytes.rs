@@ -1,6 +1,6 @@
 //! The bytes of a written file, held to those of the writer's first version.
 
-use dynaskin_onnx_writer::{Graph, GruWeights, LstmWeights, Precision, Steps, Value, WriteError};
+use dynaskin_onnx::{Graph, GruWeights, LstmWeights, Precision, Steps, Value, WriteError};
 use sha2::{Digest, Sha256};
 
 /// Of [`network`] without the field that carries this crate's version.
