@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use dynaskin_motion::MotionError;
-use dynaskin_onnx_writer::WriteError;
+use dynaskin_onnx::WriteError;
 use dynaskin_runtime::RuntimeError;
 use dynaskin_sim::{DatasetError, ShellError, SimError, TableError};
 use thiserror::Error;

@@ -30,7 +30,7 @@ pub use card::model_card;
 pub use checkpoint::{Checkpoint, EpochRecord};
 pub use compute::Compute;
 pub use data::{ClipEntry, DataSet, Tissue, motion_features};
-pub use dynaskin_onnx_writer::Precision;
+pub use dynaskin_onnx::Precision;
 pub use error::TrainError;
 pub use evaluate::{Errors, LinearDecoder, Report, SetReport, evaluate};
 pub use methods::dsnet;

@@ -238,7 +238,8 @@ fn failed(network: Network, error: &TractError) -> RuntimeError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dynaskin_onnx_writer::{Graph, Precision, Steps, WriteError};
+    #[cfg(feature = "guests")]
+    use dynaskin_onnx::{Graph, Precision, Steps, WriteError};
 
     /// The networks of a shipped model.
     fn shipped(network: Network) -> Plans {
@@ -256,6 +257,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "guests")]
     #[test]
     fn convolutions_can_be_batched() {
         let plans = || -> anyhow::Result<Plans> {
@@ -268,6 +270,7 @@ mod tests {
     }
 
     /// Four numbers to eleven vertices through every operator that DSNet's decoder has.
+    #[cfg(feature = "guests")]
     fn convolutional_decoder() -> Result<Vec<u8>, WriteError> {
         let mut graph = Graph::new("decoder");
         let weights = |graph: &mut Graph, name: &str, shape: &[usize]| {

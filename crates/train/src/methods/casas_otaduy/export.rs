@@ -1,7 +1,7 @@
 //! The trained networks as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
 
 use burn::tensor::{Device, Tensor};
-use dynaskin_onnx_writer::{Graph, Precision};
+use dynaskin_onnx::{Graph, Precision};
 
 use super::autoencoder::numbers_of;
 use super::head::{Head, LatentScale};

@@ -34,7 +34,7 @@ use std::fs;
 use std::path::Path;
 
 use burn::module::Module;
-use dynaskin_onnx_writer::Precision;
+use dynaskin_onnx::Precision;
 
 use super::{Networks, TrainingInput};
 use crate::TrainError;

@@ -1,6 +1,6 @@
 //! The auto-regression as an ONNX file of the project's contract (ARCHITECTURE.md, "ONNX").
 
-use dynaskin_onnx_writer::{Graph, Precision};
+use dynaskin_onnx::{Graph, Precision};
 use nalgebra::DMatrix;
 
 use super::regression::Regression;

@@ -2,7 +2,7 @@
 
 use burn::tensor::Tensor;
 use dynaskin_body::SHAPE_COUNT;
-use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Steps, Value, WriteError};
+use dynaskin_onnx::{Graph, LstmWeights, Precision, Steps, Value, WriteError};
 
 use super::autoencoder::{Layer, walks};
 use super::compress::Compressor;

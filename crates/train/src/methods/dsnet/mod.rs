@@ -15,7 +15,7 @@ mod stage;
 use std::path::Path;
 
 use dynaskin_body::SHAPE_COUNT;
-use dynaskin_onnx_writer::Precision;
+use dynaskin_onnx::Precision;
 use dynaskin_runtime::features::FeatureKind;
 use serde_json::json;
 

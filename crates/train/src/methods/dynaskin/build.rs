@@ -9,7 +9,7 @@
 //! loud it is beside the rest is a setting: the more shapes were learned from, the more it can be trusted.
 
 use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
-use dynaskin_onnx_writer::{Graph, Precision, Value, WriteError};
+use dynaskin_onnx::{Graph, Precision, Value, WriteError};
 use dynaskin_runtime::features::MATERIAL_COUNT;
 use dynaskin_sim::{COMPLIANCE_COUNT, ComplianceTable};
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@
 //! body of any shape gets its numbers without a simulator.
 
 use dynaskin_body::SHAPE_COUNT;
-use dynaskin_onnx_writer::{Graph, Precision, Value, WriteError};
+use dynaskin_onnx::{Graph, Precision, Value, WriteError};
 use dynaskin_sim::{COMPLIANCE_COUNT, ComplianceTable};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! The trained network as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
 
 use burn::tensor::Tensor;
-use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
+use dynaskin_onnx::{Graph, LstmWeights, Precision, Value, WriteError};
 
 use super::blocks::BlockBasis;
 use super::predictor::{Predictor, PredictorSizes};

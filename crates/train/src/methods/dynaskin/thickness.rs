@@ -1,7 +1,7 @@
 //! How thick the tissue of each part of the body is: what is told where no compliance is known.
 
 use dynaskin_body::{BodyModel, LEAST_THICKNESS_M, SHAPE_COUNT};
-use dynaskin_onnx_writer::{Graph, Precision, Value, WriteError};
+use dynaskin_onnx::{Graph, Precision, Value, WriteError};
 use serde::{Deserialize, Serialize};
 
 /// The natural logarithm of the mean thickness of each part of each region, over that at β = 0.

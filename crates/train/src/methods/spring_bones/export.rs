@@ -1,6 +1,6 @@
 //! Spring bones as ONNX files of the project's contract (ARCHITECTURE.md, "ONNX").
 
-use dynaskin_onnx_writer::{Graph, Precision};
+use dynaskin_onnx::{Graph, Precision};
 
 use super::KIND;
 use super::rig::Rig;

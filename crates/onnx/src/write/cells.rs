@@ -3,7 +3,7 @@
 //! Elementary operations instead of ONNX's `LSTM` and `GRU`: those loop over a time axis of one,
 //! and need sequence and direction axes around every tensor.
 
-use crate::{Graph, Value, WriteError};
+use super::{Graph, Value, WriteError};
 
 /// Weights of an LSTM cell with `inputs` inputs and `cells` cells. Gates lie side by side in the
 /// order input, output, forget, cell (ONNX's `iofc`).

@@ -1,11 +1,9 @@
 //! The protobuf layer: decoding, and tensors with checked sizes.
 
-use prost::Message;
 use tract_core::prelude::f16;
 
-use super::invalid;
-use super::messages::{EXTERNAL, FLOAT, FLOAT16, GraphMessage, INT64, Model, TensorMessage};
-use crate::{Network, RuntimeError};
+use super::{ReadError, entries, invalid};
+use crate::messages::{EXTERNAL, FLOAT, FLOAT16, GraphMessage, INT64, Model, TensorMessage};
 
 /// Operator sets whose definitions of the operators are the ones implemented: from 13 on
 /// `Split` takes its lengths as an input; 23 was the newest when this was written.
@@ -27,9 +25,10 @@ pub(super) enum Numbers {
 }
 
 /// Decodes the file as far as its graph.
-pub(super) fn decode(network: Network, onnx_bytes: &[u8]) -> Result<GraphMessage, RuntimeError> {
-    let not_onnx = |reason: String| RuntimeError::NotOnnx { network, reason };
-    let model = Model::decode(onnx_bytes).map_err(|error| not_onnx(error.to_string()))?;
+pub(super) fn decode(onnx_bytes: &[u8]) -> Result<GraphMessage, ReadError> {
+    let not_onnx = |reason: String| ReadError::NotOnnx { reason };
+    entries::check(onnx_bytes)?;
+    let model = Model::from_bytes(onnx_bytes).map_err(|error| not_onnx(error.to_string()))?;
     let graph = model
         .graph
         .ok_or_else(|| not_onnx(format!("no graph in its {} bytes", onnx_bytes.len())))?;
@@ -41,7 +40,6 @@ pub(super) fn decode(network: Network, onnx_bytes: &[u8]) -> Result<GraphMessage
     match set {
         Some(version) if OPERATOR_SETS.contains(&version) => Ok(graph),
         _ => Err(invalid(
-            network,
             "opset_import",
             format!("the operator set is {set:?}, expected {OPERATOR_SETS:?}"),
         )),
@@ -49,11 +47,7 @@ pub(super) fn decode(network: Network, onnx_bytes: &[u8]) -> Result<GraphMessage
 }
 
 /// The shape `dims`, refused where it is negative, empty or larger than [`MAX_ELEMENTS`].
-pub(super) fn shape(
-    network: Network,
-    name: &str,
-    dims: &[i64],
-) -> Result<Vec<usize>, RuntimeError> {
+pub(super) fn shape(name: &str, dims: &[i64]) -> Result<Vec<usize>, ReadError> {
     let elements = dims.iter().try_fold(1_usize, |product, &length| {
         let length = usize::try_from(length).ok().filter(|&length| length > 0)?;
         product.checked_mul(length).filter(|&p| p <= MAX_ELEMENTS)
@@ -63,18 +57,15 @@ pub(super) fn shape(
             "the shape is {dims:?}, expected at most {MAX_AXES} axes of fixed length above 0 with \
              at most {MAX_ELEMENTS} elements in all"
         );
-        return Err(invalid(network, name, problem));
+        return Err(invalid(name, problem));
     }
     Ok(dims.iter().map(|&length| length as usize).collect())
 }
 
 /// The shape and the numbers of an initialiser.
-pub(super) fn numbers(
-    network: Network,
-    tensor: &TensorMessage,
-) -> Result<(Vec<usize>, Numbers), RuntimeError> {
-    let shape = shape(network, &tensor.name, &tensor.dims)?;
-    let problem = |text: String| invalid(network, tensor.name.as_str(), text);
+pub(super) fn numbers(tensor: &TensorMessage) -> Result<(Vec<usize>, Numbers), ReadError> {
+    let shape = shape(&tensor.name, &tensor.dims)?;
+    let problem = |text: String| invalid(tensor.name.as_str(), text);
     if tensor.data_location == EXTERNAL {
         return Err(problem(
             "its numbers lie in another file; store them in the .onnx file".to_owned(),

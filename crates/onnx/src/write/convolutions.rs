@@ -1,7 +1,8 @@
 //! Convolutions along one axis.
 
-use crate::graph::mismatch;
-use crate::{Graph, Value, WriteError, proto};
+use super::graph::mismatch;
+use super::{Graph, Value, WriteError, proto};
+use crate::messages::Attribute;
 
 /// How the kernel of a convolution walks along its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +18,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    fn attributes(self, kernel: usize) -> Vec<tract_onnx::pb::AttributeProto> {
+    fn attributes(self, kernel: usize) -> Vec<Attribute> {
         vec![
             proto::ints_attribute("kernel_shape", &[kernel]),
             proto::ints_attribute("strides", &[self.stride]),

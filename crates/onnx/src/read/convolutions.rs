@@ -5,8 +5,8 @@ use tract_core::ops::cnn::{Conv, Deconv, KernelFormat, PaddingSpec, PoolSpec};
 use tract_core::ops::nn::DataFormat;
 use tract_core::prelude::*;
 
+use super::ReadError;
 use super::operators::{Node, Wire};
-use crate::RuntimeError;
 
 /// Largest kernel, stride, dilation and padding: far above what a network has, far below what
 /// overflows.
@@ -43,7 +43,7 @@ impl Geometry {
 impl Node<'_> {
     /// `x` [N, C, L] with weights [M, C, K] and biases [M]: [N, M, L'] with
     /// `L' = (L + before + after - reach) / stride + 1`.
-    pub fn conv(&mut self) -> Result<(), RuntimeError> {
+    pub fn conv(&mut self) -> Result<(), ReadError> {
         self.attributes(&["dilations", "group", "kernel_shape", "pads", "strides"])?;
         let (x, weights) = self.convolved()?;
         let (rows, channels, length) = (x.shape[0], x.shape[1], x.shape[2]);
@@ -77,7 +77,7 @@ impl Node<'_> {
 
     /// `x` [N, C, L] with weights [C, M, K] and biases [M]: [N, M, L'] with
     /// `L' = (L - 1) · stride + reach - before - after + output padding`.
-    pub fn conv_transpose(&mut self) -> Result<(), RuntimeError> {
+    pub fn conv_transpose(&mut self) -> Result<(), ReadError> {
         let known = ["dilations", "group", "kernel_shape", "output_padding"];
         self.attributes(&[&known[..], &["pads", "strides"]].concat())?;
         let (x, weights) = self.convolved()?;
@@ -125,7 +125,7 @@ impl Node<'_> {
     }
 
     /// The input and the weights, both with three axes.
-    fn convolved(&mut self) -> Result<(Wire, Wire), RuntimeError> {
+    fn convolved(&mut self) -> Result<(Wire, Wire), ReadError> {
         self.arity(if self.proto.input.len() == 2 { 2 } else { 3 }, 1)?;
         let (x, weights) = (self.input(0)?, self.input(1)?);
         if x.shape.len() != 3 || weights.shape.len() != 3 {
@@ -134,14 +134,14 @@ impl Node<'_> {
         Ok((x, weights))
     }
 
-    fn mismatch(&self, x: &Wire, weights: &Wire, expected: &str) -> RuntimeError {
+    fn mismatch(&self, x: &Wire, weights: &Wire, expected: &str) -> ReadError {
         self.problem(format!(
             "its input is {:?} and its weights are {:?}, expected [N, C, L] and {expected}",
             x.shape, weights.shape
         ))
     }
 
-    fn geometry(&self, kernel: usize) -> Result<Geometry, RuntimeError> {
+    fn geometry(&self, kernel: usize) -> Result<Geometry, ReadError> {
         if self.integer("group", 1)? != 1 {
             return Err(self.problem("its group is not 1"));
         }
@@ -162,7 +162,7 @@ impl Node<'_> {
     }
 
     /// The one number, `least` or more, of the attribute `name`.
-    fn steps(&self, name: &str, default: usize, least: i64) -> Result<usize, RuntimeError> {
+    fn steps(&self, name: &str, default: usize, least: i64) -> Result<usize, ReadError> {
         match self.attribute(name) {
             None => Ok(default),
             Some(attribute) => match attribute.ints[..] {
@@ -175,7 +175,7 @@ impl Node<'_> {
         }
     }
 
-    fn step(&self, name: &str, number: i64, least: i64) -> Result<usize, RuntimeError> {
+    fn step(&self, name: &str, number: i64, least: i64) -> Result<usize, ReadError> {
         usize::try_from(number)
             .ok()
             .filter(|_| (least..=MAX_STEP).contains(&number))
@@ -187,7 +187,7 @@ impl Node<'_> {
     }
 
     /// The biases [M]; zeros where the node has none.
-    fn bias(&mut self, outputs: usize) -> Result<OutletId, RuntimeError> {
+    fn bias(&mut self, outputs: usize) -> Result<OutletId, ReadError> {
         if self.proto.input.len() == 3 {
             let bias = self.input(2)?;
             return match bias.shape[..] {

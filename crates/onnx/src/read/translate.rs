@@ -4,14 +4,10 @@ use std::collections::HashMap;
 
 use tract_core::prelude::*;
 
-use super::messages::{FLOAT, GraphMessage, Length, TensorMessage, ValueInfo};
 use super::operators;
 use super::proto::{self, Numbers};
-use super::{Graph, Port, invalid};
-use crate::{Network, RuntimeError};
-
-/// Most nodes of a graph; the largest network of the project has about sixty.
-const MAX_NODES: usize = 4096;
+use super::{CheckedGraph, MAX_NODES, Port, ReadError, invalid, too_many_nodes};
+use crate::messages::{FLOAT, GraphMessage, Length, TensorMessage, ValueInfo};
 
 /// Most multiplications of one run. The fully connected autoencoder of Casas and Otaduy, the
 /// largest planned, needs 0.15e9; a file above this would hang a page.
@@ -37,7 +33,6 @@ pub(super) enum Known {
 
 /// The tract model under construction.
 pub(super) struct Translation {
-    pub network: Network,
     pub model: TypedModel,
     /// Rows of the inputs.
     pub rows: usize,
@@ -46,17 +41,11 @@ pub(super) struct Translation {
     outputs: usize,
 }
 
-pub(super) fn translate(
-    network: Network,
-    graph: &GraphMessage,
-    rows: usize,
-) -> Result<Graph, RuntimeError> {
+pub(super) fn translate(graph: &GraphMessage, rows: usize) -> Result<CheckedGraph, ReadError> {
     if graph.node.len() > MAX_NODES || graph.initializer.len() > MAX_NODES {
-        let problem = format!("more than {MAX_NODES} nodes or initialisers");
-        return Err(invalid(network, "graph", problem));
+        return Err(too_many_nodes());
     }
     let mut translation = Translation {
-        network,
         model: TypedModel::default(),
         rows,
         values: HashMap::new(),
@@ -80,8 +69,8 @@ pub(super) fn translate(
 }
 
 impl Translation {
-    fn add_initializer(&mut self, tensor: &TensorMessage) -> Result<(), RuntimeError> {
-        let (shape, numbers) = proto::numbers(self.network, tensor)?;
+    fn add_initializer(&mut self, tensor: &TensorMessage) -> Result<(), ReadError> {
+        let (shape, numbers) = proto::numbers(tensor)?;
         let known = match numbers {
             Numbers::Single(numbers) => self.constant(&tensor.name, shape, &numbers)?,
             Numbers::Half(numbers) => Known::Half { shape, numbers },
@@ -90,21 +79,17 @@ impl Translation {
         self.define(&tensor.name, known)
     }
 
-    fn add_input(&mut self, input: &ValueInfo) -> Result<Port, RuntimeError> {
+    fn add_input(&mut self, input: &ValueInfo) -> Result<Port, ReadError> {
         let kind = input.r#type.as_ref();
         let Some(tensor) = kind.and_then(|kind| kind.tensor_type.as_ref()) else {
-            return Err(invalid(
-                self.network,
-                input.name.as_str(),
-                "the input has no tensor type",
-            ));
+            return Err(invalid(input.name.as_str(), "the input has no tensor type"));
         };
         if tensor.elem_type != FLOAT {
             let problem = format!(
                 "the input's data type is {}, expected FLOAT (1)",
                 tensor.elem_type
             );
-            return Err(invalid(self.network, input.name.as_str(), problem));
+            return Err(invalid(input.name.as_str(), problem));
         }
         let dims: Option<Vec<i64>> = tensor.shape.as_ref().and_then(|shape| {
             let fixed = shape.dim.iter().map(|dim| match dim.value {
@@ -115,9 +100,9 @@ impl Translation {
         });
         let Some(dims) = dims else {
             let problem = "the input's shape is not fixed; export with fixed shapes";
-            return Err(invalid(self.network, input.name.as_str(), problem));
+            return Err(invalid(input.name.as_str(), problem));
         };
-        let mut shape = proto::shape(self.network, &input.name, &dims)?;
+        let mut shape = proto::shape(&input.name, &dims)?;
         if let Some(first) = shape.first_mut().filter(|first| **first == 1) {
             *first = self.rows;
         }
@@ -137,13 +122,17 @@ impl Translation {
         })
     }
 
-    fn finish(mut self, graph: &GraphMessage, inputs: Vec<Port>) -> Result<Graph, RuntimeError> {
+    fn finish(
+        mut self,
+        graph: &GraphMessage,
+        inputs: Vec<Port>,
+    ) -> Result<CheckedGraph, ReadError> {
         let mut outputs = Vec::new();
         let mut outlets = Vec::new();
         for output in &graph.output {
             let Some(Known::Wire { outlet, shape }) = self.values.get(&output.name) else {
                 let problem = "no node of single precision puts this output out";
-                return Err(invalid(self.network, output.name.as_str(), problem));
+                return Err(invalid(output.name.as_str(), problem));
             };
             outlets.push(*outlet);
             outputs.push(Port {
@@ -154,7 +143,7 @@ impl Translation {
         self.model
             .select_output_outlets(&outlets)
             .map_err(|error| self.refused(&error))?;
-        Ok(Graph {
+        Ok(CheckedGraph {
             model: self.model,
             inputs,
             outputs,
@@ -162,24 +151,20 @@ impl Translation {
     }
 
     /// The value called `name`.
-    pub fn value(&self, place: &str, name: &str) -> Result<&Known, RuntimeError> {
-        self.values.get(name).ok_or_else(|| {
-            invalid(
-                self.network,
-                place,
-                format!("its input `{name}` is not known"),
-            )
-        })
+    pub fn value(&self, place: &str, name: &str) -> Result<&Known, ReadError> {
+        self.values
+            .get(name)
+            .ok_or_else(|| invalid(place, format!("its input `{name}` is not known")))
     }
 
     /// Names a value.
-    pub fn define(&mut self, name: &str, known: Known) -> Result<(), RuntimeError> {
+    pub fn define(&mut self, name: &str, known: Known) -> Result<(), ReadError> {
         if name.is_empty() {
-            return Err(invalid(self.network, "graph", "a value has no name"));
+            return Err(invalid("graph", "a value has no name"));
         }
         match self.values.insert(name.to_owned(), known) {
             None => Ok(()),
-            Some(_) => Err(invalid(self.network, name, "two values have this name")),
+            Some(_) => Err(invalid(name, "two values have this name")),
         }
     }
 
@@ -189,7 +174,7 @@ impl Translation {
         name: &str,
         shape: Vec<usize>,
         numbers: &[f32],
-    ) -> Result<Known, RuntimeError> {
+    ) -> Result<Known, ReadError> {
         let outlet = Tensor::from_shape(&shape, numbers)
             .and_then(|tensor| self.model.add_const(format!("constant.{name}"), tensor))
             .map_err(|error| self.refused(&error))?;
@@ -197,7 +182,7 @@ impl Translation {
     }
 
     /// Counts the multiplications of a matrix product against [`MAX_MULTIPLICATIONS`].
-    pub fn spend(&mut self, place: &str, multiplications: [usize; 3]) -> Result<(), RuntimeError> {
+    pub fn spend(&mut self, place: &str, multiplications: [usize; 3]) -> Result<(), ReadError> {
         let product = multiplications
             .iter()
             .try_fold(1_u64, |product, &n| product.checked_mul(n as u64));
@@ -206,25 +191,24 @@ impl Translation {
             .filter(|&sum| sum <= MAX_MULTIPLICATIONS)
             .ok_or_else(|| {
                 let problem = format!("more than {MAX_MULTIPLICATIONS} multiplications a run");
-                invalid(self.network, place, problem)
+                invalid(place, problem)
             })?;
         Ok(())
     }
 
     /// Counts the numbers of a node's output against [`MAX_OUTPUTS`].
-    pub fn put_out(&mut self, place: &str, numbers: usize) -> Result<(), RuntimeError> {
+    pub fn put_out(&mut self, place: &str, numbers: usize) -> Result<(), ReadError> {
         self.outputs = self.outputs.saturating_add(numbers);
         if self.outputs > MAX_OUTPUTS {
             let problem = format!("its nodes put out more than {MAX_OUTPUTS} numbers a run");
-            return Err(invalid(self.network, place, problem));
+            return Err(invalid(place, problem));
         }
         Ok(())
     }
 
     /// The error for what tract refuses although the checks passed.
-    pub fn refused(&self, error: &TractError) -> RuntimeError {
-        RuntimeError::Inference {
-            network: self.network,
+    pub fn refused(&self, error: &TractError) -> ReadError {
+        ReadError::Refused {
             reason: format!("{error:#}"),
         }
     }

@@ -1,34 +1,8 @@
-//! From the bytes of an ONNX file to something that runs.
-//!
-//! tract's own ONNX front end registers every operator it has, builds an untyped model first, and
-//! panics on some malformed files. The networks of the contract need fewer than twenty operators, so
-//! this module checks a graph value by value, with its own shape inference, and wires tract's core
-//! operators directly: malformed files become typed errors, and the linker drops the rest of the
-//! front end from the wasm file.
-
-mod convolutions;
-mod messages;
-mod operators;
-mod proto;
-mod translate;
+//! ONNX files as graphs of one network, and the errors of what breaks their contract.
 
 use crate::{Network, RuntimeError};
-use tract_core::prelude::TypedModel;
-
-/// A named input or output with its shape.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Port {
-    pub name: String,
-    pub shape: Vec<usize>,
-}
-
-/// A checked graph, ready to be optimised, with its inputs and outputs in file order.
-#[derive(Debug)]
-pub(crate) struct Graph {
-    pub model: TypedModel,
-    pub inputs: Vec<Port>,
-    pub outputs: Vec<Port>,
-}
+use dynaskin_onnx::ReadError;
+pub(crate) use dynaskin_onnx::{CheckedGraph as Graph, Port};
 
 /// Reads and checks `onnx_bytes`. Inputs of one row get `rows` rows, and so does all that is computed
 /// from them.
@@ -36,13 +10,31 @@ pub(crate) struct Graph {
 /// # Errors
 /// [`RuntimeError::NotOnnx`], [`RuntimeError::UnknownOperator`], [`RuntimeError::InvalidGraph`],
 /// [`RuntimeError::Inference`] where tract refuses an operator that passed the checks.
-pub(crate) fn read(
-    network: Network,
-    onnx_bytes: &[u8],
-    rows: usize,
-) -> Result<Graph, RuntimeError> {
-    let graph = proto::decode(network, onnx_bytes)?;
-    translate::translate(network, &graph, rows)
+pub(crate) fn read(network: Network, onnx_bytes: &[u8], rows: usize) -> Result<Graph, RuntimeError> {
+    dynaskin_onnx::read(onnx_bytes, rows).map_err(|error| unreadable(network, error))
+}
+
+/// The error for a file that cannot be read.
+fn unreadable(network: Network, error: ReadError) -> RuntimeError {
+    match error {
+        ReadError::NotOnnx { reason } => RuntimeError::NotOnnx { network, reason },
+        ReadError::UnknownOperator {
+            node,
+            operator,
+            supported,
+        } => RuntimeError::UnknownOperator {
+            network,
+            node,
+            operator,
+            supported,
+        },
+        ReadError::InvalidGraph { place, problem } => RuntimeError::InvalidGraph {
+            network,
+            place,
+            problem,
+        },
+        ReadError::Refused { reason } => RuntimeError::Inference { network, reason },
+    }
 }
 
 /// Index and length of the port `name`, which must have the shape [1, length].
@@ -81,14 +73,5 @@ pub(crate) fn broken(
         place: place.into(),
         expected: expected.into(),
         got: got.into(),
-    }
-}
-
-/// The error for a graph that contradicts itself at `place`.
-fn invalid(network: Network, place: impl Into<String>, problem: impl Into<String>) -> RuntimeError {
-    RuntimeError::InvalidGraph {
-        network,
-        place: place.into(),
-        problem: problem.into(),
     }
 }

@@ -2,13 +2,10 @@
 
 use std::collections::HashSet;
 
-use prost::Message;
-use tract_onnx::pb;
-use tract_onnx::pb::tensor_proto::DataType;
-use tract_onnx::prelude::f16;
+use tract_core::prelude::f16;
 
-use crate::WriteError;
-use crate::proto;
+use super::{WriteError, proto};
+use crate::messages::{Attribute, FLOAT, FLOAT16, GraphMessage, INT64, NodeMessage};
 
 /// A value of the graph: an input, a weight or the result of an operation. All are single
 /// precision when computed with.
@@ -37,7 +34,7 @@ pub enum Precision {
 /// An ONNX graph under construction: operator set 17, IR version 8.
 #[derive(Debug)]
 pub struct Graph {
-    proto: pb::GraphProto,
+    proto: GraphMessage,
     names: HashSet<String>,
 }
 
@@ -45,8 +42,8 @@ impl Graph {
     /// An empty graph called `name`.
     pub fn new(name: &str) -> Self {
         Self {
-            proto: pb::GraphProto {
-                name: name.to_owned(),
+            proto: GraphMessage {
+                name: name.into(),
                 ..Default::default()
             },
             names: HashSet::new(),
@@ -112,7 +109,7 @@ impl Graph {
         match precision {
             Precision::Single => {
                 let raw = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
-                let tensor = proto::tensor(name, shape, DataType::Float, raw);
+                let tensor = proto::tensor(name, shape, FLOAT, raw);
                 self.proto.initializer.push(tensor);
                 Ok(value(name, shape))
             }
@@ -121,9 +118,9 @@ impl Graph {
                     .iter()
                     .flat_map(|n| f16::from_f32(*n).to_le_bytes())
                     .collect();
-                let tensor = proto::tensor(name, shape, DataType::Float16, raw);
+                let tensor = proto::tensor(name, shape, FLOAT16, raw);
                 self.proto.initializer.push(tensor);
-                let to = proto::int_attribute("to", DataType::Float as i64);
+                let to = proto::int_attribute("to", i64::from(FLOAT));
                 Ok(self.apply("Cast", &[&value(name, shape)], shape.to_vec(), vec![to]))
             }
         }
@@ -316,7 +313,7 @@ impl Graph {
 
     /// The ONNX file.
     pub fn into_bytes(self) -> Vec<u8> {
-        proto::model(self.proto).encode_to_vec()
+        proto::model(self.proto).to_bytes()
     }
 
     fn elementwise(&mut self, op: &'static str, a: &Value, b: &Value) -> Result<Value, WriteError> {
@@ -334,32 +331,26 @@ impl Graph {
             .iter()
             .flat_map(|n| (*n as i64).to_le_bytes())
             .collect();
-        let tensor = proto::tensor(&name, &shape, DataType::Int64, raw);
+        let tensor = proto::tensor(&name, &shape, INT64, raw);
         self.proto.initializer.push(tensor);
         value(&name, &shape)
     }
 
     /// Adds an operation with one result.
-    pub(crate) fn apply(
+    pub(super) fn apply(
         &mut self,
         op: &str,
         inputs: &[&Value],
         shape: Vec<usize>,
-        attributes: Vec<pb::AttributeProto>,
+        attributes: Vec<Attribute>,
     ) -> Value {
         let name = self.fresh(&op.to_lowercase());
         self.push(op, inputs, &[&name], attributes);
         Value { name, shape }
     }
 
-    fn push(
-        &mut self,
-        op: &str,
-        inputs: &[&Value],
-        outputs: &[&str],
-        attributes: Vec<pb::AttributeProto>,
-    ) {
-        self.proto.node.push(pb::NodeProto {
+    fn push(&mut self, op: &str, inputs: &[&Value], outputs: &[&str], attributes: Vec<Attribute>) {
+        self.proto.node.push(NodeMessage {
             name: format!("{op}_{}", self.proto.node.len()),
             op_type: op.to_owned(),
             input: inputs.iter().map(|input| input.name.clone()).collect(),
@@ -399,7 +390,7 @@ fn value(name: &str, shape: &[usize]) -> Value {
     }
 }
 
-pub(crate) fn mismatch(op: &'static str, expected: &str, operands: &[&Value]) -> WriteError {
+pub(super) fn mismatch(op: &'static str, expected: &str, operands: &[&Value]) -> WriteError {
     WriteError::Shape {
         op,
         expected: format!("expected {expected}"),

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use dynaskin_onnx_writer::{Graph, GruWeights, LstmWeights, Precision, Value, WriteError};
+use dynaskin_onnx::{Graph, GruWeights, LstmWeights, Precision, Value, WriteError};
 use tract_onnx::prelude::*;
 
 const INPUTS: usize = 5;

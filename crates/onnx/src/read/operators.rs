@@ -8,15 +8,17 @@ use tract_core::ops::einsum::EinSum;
 use tract_core::ops::{math, nn};
 use tract_core::prelude::*;
 
-use super::invalid;
-use super::messages::{Attribute, FLOAT, NodeMessage};
-use super::proto;
 use super::translate::{Known, Translation};
-use crate::RuntimeError;
+use super::{ReadError, invalid, proto};
+use crate::messages::{Attribute, FLOAT, NodeMessage};
 
 /// The operators there are, for messages.
+#[cfg(feature = "convolutions")]
 const SUPPORTED: &str = "Add, Cast, Concat, Conv, ConvTranspose, Exp, Gather, Gemm, Identity, Log, \
                          MatMul, Mul, Relu, Reshape, Sigmoid, Split, Sub, Tanh and Transpose";
+#[cfg(not(feature = "convolutions"))]
+const SUPPORTED: &str = "Add, Cast, Concat, Exp, Gather, Gemm, Identity, Log, MatMul, Mul, Relu, \
+                         Reshape, Sigmoid, Split, Sub, Tanh and Transpose";
 
 /// One node on its way into the tract model.
 pub(super) struct Node<'a> {
@@ -38,7 +40,7 @@ pub(super) fn wire(
     translation: &mut Translation,
     index: usize,
     proto: &NodeMessage,
-) -> Result<(), RuntimeError> {
+) -> Result<(), ReadError> {
     let mut node = Node {
         translation,
         proto,
@@ -63,10 +65,11 @@ pub(super) fn wire(
         "Split" if official => node.split(),
         "Reshape" if official => node.reshape(),
         "Transpose" if official => node.transpose(),
+        #[cfg(feature = "convolutions")]
         "Conv" if official => node.conv(),
+        #[cfg(feature = "convolutions")]
         "ConvTranspose" if official => node.conv_transpose(),
-        _ => Err(RuntimeError::UnknownOperator {
-            network: node.translation.network,
+        _ => Err(ReadError::UnknownOperator {
             node: proto.name.clone(),
             operator: format!("{}{}", domain_prefix(&proto.domain), proto.op_type),
             supported: SUPPORTED.to_owned(),
@@ -83,7 +86,7 @@ fn domain_prefix(domain: &str) -> String {
 }
 
 impl Node<'_> {
-    fn elementwise(&mut self, op: impl Into<Box<dyn TypedOp>>) -> Result<(), RuntimeError> {
+    fn elementwise(&mut self, op: impl Into<Box<dyn TypedOp>>) -> Result<(), ReadError> {
         self.attributes(&[])?;
         let (a, b) = (self.input(0)?, self.input(1)?);
         self.arity(2, 1)?;
@@ -97,14 +100,14 @@ impl Node<'_> {
         self.finish(outlet, shape)
     }
 
-    fn unary(&mut self, op: impl Into<Box<dyn TypedOp>>) -> Result<(), RuntimeError> {
+    fn unary(&mut self, op: impl Into<Box<dyn TypedOp>>) -> Result<(), ReadError> {
         self.attributes(&[])?;
         self.arity(1, 1)?;
         let x = self.input(0)?;
         self.push(op, &[x.outlet], x.shape)
     }
 
-    fn relu(&mut self) -> Result<(), RuntimeError> {
+    fn relu(&mut self) -> Result<(), ReadError> {
         self.attributes(&[])?;
         self.arity(1, 1)?;
         let x = self.input(0)?;
@@ -117,7 +120,7 @@ impl Node<'_> {
         self.push(math::max(), &[x.outlet, zero], x.shape)
     }
 
-    fn identity(&mut self) -> Result<(), RuntimeError> {
+    fn identity(&mut self) -> Result<(), ReadError> {
         self.attributes(&[])?;
         self.arity(1, 1)?;
         let source = self.proto.input[0].as_str();
@@ -125,7 +128,7 @@ impl Node<'_> {
         self.translation.define(&self.proto.output[0], known)
     }
 
-    fn cast(&mut self) -> Result<(), RuntimeError> {
+    fn cast(&mut self) -> Result<(), ReadError> {
         self.attributes(&["to"])?;
         self.arity(1, 1)?;
         if self.integer("to", 0)? != i64::from(FLOAT) {
@@ -143,7 +146,7 @@ impl Node<'_> {
     }
 
     /// `A · B + C`, `B` transposed where `transB` is 1; without scaling.
-    fn gemm(&mut self) -> Result<(), RuntimeError> {
+    fn gemm(&mut self) -> Result<(), ReadError> {
         self.attributes(&["alpha", "beta", "transA", "transB"])?;
         let unscaled = ["alpha", "beta"].iter().all(|name| {
             self.attribute(name)
@@ -177,7 +180,7 @@ impl Node<'_> {
         self.finish(outlet, shape)
     }
 
-    fn matmul(&mut self) -> Result<(), RuntimeError> {
+    fn matmul(&mut self) -> Result<(), ReadError> {
         self.attributes(&[])?;
         self.arity(2, 1)?;
         let (a, b) = (self.input(0)?, self.input(1)?);
@@ -186,7 +189,7 @@ impl Node<'_> {
         self.finish(Ok(tvec!(outlet)), shape)
     }
 
-    fn concat(&mut self) -> Result<(), RuntimeError> {
+    fn concat(&mut self) -> Result<(), ReadError> {
         self.attributes(&["axis"])?;
         self.arity(self.proto.input.len().max(1), 1)?;
         let parts = (0..self.proto.input.len())
@@ -209,7 +212,7 @@ impl Node<'_> {
     }
 
     /// Picks parts of `x` along an axis by a list of constant indices.
-    fn gather(&mut self) -> Result<(), RuntimeError> {
+    fn gather(&mut self) -> Result<(), ReadError> {
         self.attributes(&["axis"])?;
         self.arity(2, 1)?;
         let x = self.input(0)?;
@@ -237,7 +240,7 @@ impl Node<'_> {
         self.push(Gather::new(axis), &[x.outlet, indices], shape)
     }
 
-    fn split(&mut self) -> Result<(), RuntimeError> {
+    fn split(&mut self) -> Result<(), ReadError> {
         self.attributes(&["axis", "num_outputs"])?;
         self.arity(2, self.proto.output.len().max(1))?;
         let x = self.input(0)?;
@@ -270,11 +273,11 @@ impl Node<'_> {
         Ok(())
     }
 
-    fn reshape(&mut self) -> Result<(), RuntimeError> {
+    fn reshape(&mut self) -> Result<(), ReadError> {
         self.attributes(&["allowzero"])?;
         self.arity(2, 1)?;
         let x = self.input(0)?;
-        let mut shape = proto::shape(self.translation.network, &self.place, &self.integers(1)?)?;
+        let mut shape = proto::shape(&self.place, &self.integers(1)?)?;
         let rows = self.translation.rows;
         if x.shape.first() == Some(&rows) && shape.first() == Some(&1) {
             shape[0] = rows;
@@ -289,7 +292,7 @@ impl Node<'_> {
     }
 
     /// Axes in another order; the first stays, because it counts avatars.
-    fn transpose(&mut self) -> Result<(), RuntimeError> {
+    fn transpose(&mut self) -> Result<(), ReadError> {
         self.attributes(&["perm"])?;
         self.arity(1, 1)?;
         let x = self.input(0)?;
@@ -322,7 +325,7 @@ impl Node<'_> {
         a: &Wire,
         b: &Wire,
         transposed: bool,
-    ) -> Result<(OutletId, Vec<usize>), RuntimeError> {
+    ) -> Result<(OutletId, Vec<usize>), ReadError> {
         let (inner, columns) = match (&a.shape[..], &b.shape[..]) {
             ([_, k], [rows, m]) if !transposed && k == rows => (*k, *m),
             ([_, k], [m, rows]) if transposed && k == rows => (*k, *m),
@@ -351,7 +354,7 @@ impl Node<'_> {
         op: impl Into<Box<dyn TypedOp>>,
         inputs: &[OutletId],
         shape: Vec<usize>,
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<(), ReadError> {
         let outlet = self
             .translation
             .model
@@ -363,10 +366,10 @@ impl Node<'_> {
         &mut self,
         outlets: TractResult<TVec<OutletId>>,
         shape: Vec<usize>,
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<(), ReadError> {
         let outlet = outlets.map_err(|error| self.translation.refused(&error))?[0];
         let dims: Vec<i64> = shape.iter().map(|&n| n as i64).collect();
-        proto::shape(self.translation.network, &self.place, &dims)?;
+        proto::shape(&self.place, &dims)?;
         self.translation
             .put_out(&self.place, shape.iter().product())?;
         self.translation
@@ -374,7 +377,7 @@ impl Node<'_> {
     }
 
     /// Refuses other numbers of inputs and outputs, and outputs without a name.
-    pub fn arity(&self, inputs: usize, outputs: usize) -> Result<(), RuntimeError> {
+    pub fn arity(&self, inputs: usize, outputs: usize) -> Result<(), ReadError> {
         let got = (self.proto.input.len(), self.proto.output.len());
         if got != (inputs, outputs) {
             let problem = format!(
@@ -386,7 +389,7 @@ impl Node<'_> {
         Ok(())
     }
 
-    fn known_input(&self, index: usize) -> Result<&Known, RuntimeError> {
+    fn known_input(&self, index: usize) -> Result<&Known, ReadError> {
         let name = self
             .proto
             .input
@@ -395,7 +398,7 @@ impl Node<'_> {
         self.translation.value(&self.place, name)
     }
 
-    pub fn input(&self, index: usize) -> Result<Wire, RuntimeError> {
+    pub fn input(&self, index: usize) -> Result<Wire, ReadError> {
         match self.known_input(index)? {
             Known::Wire { outlet, shape } => Ok(Wire {
                 outlet: *outlet,
@@ -408,7 +411,7 @@ impl Node<'_> {
         }
     }
 
-    fn integers(&self, index: usize) -> Result<Vec<i64>, RuntimeError> {
+    fn integers(&self, index: usize) -> Result<Vec<i64>, ReadError> {
         match self.known_input(index)? {
             Known::Integers(numbers) => Ok(numbers.clone()),
             _ => Err(self.problem(format!("its input {index} must be constant integers"))),
@@ -420,7 +423,7 @@ impl Node<'_> {
     }
 
     /// Refuses attributes outside `known`: they would change what the node means.
-    pub fn attributes(&self, known: &[&str]) -> Result<(), RuntimeError> {
+    pub fn attributes(&self, known: &[&str]) -> Result<(), ReadError> {
         match self
             .proto
             .attribute
@@ -432,14 +435,14 @@ impl Node<'_> {
         }
     }
 
-    pub fn integer(&self, name: &str, default: i64) -> Result<i64, RuntimeError> {
+    pub fn integer(&self, name: &str, default: i64) -> Result<i64, ReadError> {
         Ok(self
             .attribute(name)
             .map_or(default, |attribute| attribute.i))
     }
 
     /// The attribute `axis`, counted from the end where negative.
-    fn axis(&self, axes: usize) -> Result<usize, RuntimeError> {
+    fn axis(&self, axes: usize) -> Result<usize, ReadError> {
         let axis = self.integer("axis", 0)?;
         let from_start = if axis < 0 {
             axis.checked_add(axes as i64)
@@ -453,7 +456,7 @@ impl Node<'_> {
     }
 
     /// Numpy's broadcasting: aligned at the end, an axis of 1 stretches.
-    fn broadcast(&self, a: &[usize], b: &[usize]) -> Result<Vec<usize>, RuntimeError> {
+    fn broadcast(&self, a: &[usize], b: &[usize]) -> Result<Vec<usize>, ReadError> {
         let axes = a.len().max(b.len());
         let length = |shape: &[usize], axis: usize| {
             let missing = axes - shape.len();
@@ -472,8 +475,8 @@ impl Node<'_> {
             .collect()
     }
 
-    pub fn problem(&self, problem: impl Into<String>) -> RuntimeError {
+    pub fn problem(&self, problem: impl Into<String>) -> ReadError {
         let place = format!("node {} `{}`", self.place, self.proto.name);
-        invalid(self.translation.network, place, problem)
+        invalid(place, problem)
     }
 }
