@@ -1,7 +1,7 @@
 //! Training of the autoencoder.
 
 use burn::module::Module;
-use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::AdamConfig;
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
@@ -14,7 +14,7 @@ use super::span::Span;
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
 use crate::compute::Compute;
-use crate::epochs::{EpochRun, Validation, rate_share};
+use crate::epochs::{Course, EpochRun, Schedule, Validation, part};
 
 /// Frames encoded at a time where no gradient is needed.
 pub(super) const BLOCK_FRAMES: usize = 2048;
@@ -39,85 +39,87 @@ pub(super) fn fit_autoencoder(
         config,
         epochs: config.epochs,
         patience_epochs: config.patience_epochs,
+        learning_rate: config.learning_rate,
+        schedule: Schedule::WarmUp,
         resume,
     };
-    let best = run.run(
-        model,
-        AdamConfig::new().init(),
-        |epoch, model, optimizer| run_epoch((data, &device), config, epoch, model, optimizer),
-        |model| validate(model, data),
-        &mut progress,
-    )?;
+    let course = AutoencoderCourse {
+        data,
+        config,
+        device: &device,
+        order: Vec::new(),
+    };
+    let best = run.run(model, AdamConfig::new().init(), course, &mut progress)?;
     let plain = Device::flex();
     let model = Autoencoder::new(config.widths, &data.span.deviations, &plain);
     Ok((checkpoint.load_best(model)?, best))
 }
 
-fn run_epoch(
-    (data, device): (&Prepared, &Device),
-    config: &AutoencoderConfig,
-    epoch: usize,
-    mut model: Autoencoder,
-    optimizer: &mut ModuleOptimizer,
-) -> Result<(Autoencoder, f32), TrainError> {
-    let width = data.span.width();
-    let clips = data.training.iter().enumerate();
-    let mut order: Vec<(usize, usize)> = clips
-        .flat_map(|(index, clip)| (0..clip.frames).map(move |frame| (index, frame)))
-        .collect();
-    let seed = config.seed.wrapping_mul(1_000_003) + epoch as u64;
-    let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    order.shuffle(&mut rng as &mut dyn Rng);
-    order.truncate(config.frames);
-    let (steps, mut sum) = (order.len().div_ceil(config.batch), 0.0f64);
-    for (step, frames) in order.chunks(config.batch).enumerate() {
+/// Frames of the training clips in random order; losses in millimetres.
+struct AutoencoderCourse<'a> {
+    data: &'a Prepared,
+    config: &'a AutoencoderConfig,
+    device: &'a Device,
+    /// Clip and frame, those of the epoch.
+    order: Vec<(usize, usize)>,
+}
+
+impl Course<Autoencoder> for AutoencoderCourse<'_> {
+    fn begin(&mut self, epoch: usize) -> usize {
+        let clips = self.data.training.iter().enumerate();
+        self.order = clips
+            .flat_map(|(index, clip)| (0..clip.frames).map(move |frame| (index, frame)))
+            .collect();
+        let seed = self.config.seed.wrapping_mul(1_000_003) + epoch as u64;
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        self.order.shuffle(&mut rng as &mut dyn Rng);
+        self.order.truncate(self.config.frames);
+        self.order.len().div_ceil(self.config.batch)
+    }
+
+    fn loss(&mut self, model: &Autoencoder, step: usize) -> (Tensor<1>, f64) {
+        let width = self.data.span.width();
+        let frames = part(&self.order, step, self.config.batch);
         let mut numbers = Vec::with_capacity(frames.len() * width);
         for (clip, frame) in frames {
-            let fields = &data.training[*clip].fields;
+            let fields = &self.data.training[*clip].fields;
             numbers.extend_from_slice(&fields[frame * width..(frame + 1) * width]);
         }
         let fields = TensorData::new(numbers, [frames.len(), width]);
-        let fields = Tensor::<2>::from_data(fields, device);
+        let fields = Tensor::<2>::from_data(fields, self.device);
         let error = model.decode(model.encode(fields.clone())) - fields;
-        let loss = error.powi_scalar(2).mean();
-        let value = loss.clone().into_scalar::<f32>();
-        if !value.is_finite() {
-            return Err(TrainError::Diverged {
-                epoch: epoch + 1,
-                loss: value,
-            });
-        }
-        sum += f64::from(value) * frames.len() as f64;
-        let gradients = GradientsParams::from_grads(loss.backward(), &model);
-        let done = (epoch as f64 + step as f64 / steps as f64) / config.epochs as f64;
-        model = optimizer.step(config.learning_rate * rate_share(done), model, gradients);
+        (error.powi_scalar(2).mean(), frames.len() as f64)
     }
-    let square = sum / order.len().max(1) as f64 * width as f64;
-    Ok((model, (square.sqrt() * unit_mm(&data.span)) as f32))
+
+    fn in_unit(&self, mean: f64) -> f32 {
+        let span = &self.data.span;
+        ((mean * span.width() as f64).sqrt() * unit_mm(span)) as f32
+    }
+
+    fn validate(&self, model: &Autoencoder) -> Validation {
+        let span = &self.data.span;
+        let mut sums = Distances::new(span);
+        for clip in &self.data.validation {
+            let latents = encode(model, clip, span.width());
+            for (latents, truth) in latents
+                .chunks(BLOCK_FRAMES * latent_count(model))
+                .zip(clip.fields.chunks(BLOCK_FRAMES * span.width()))
+            {
+                let shape = [latents.len() / latent_count(model), latent_count(model)];
+                let latents = TensorData::new(latents.to_vec(), shape);
+                let fields = model.decode(Tensor::from_data(latents, &home(model)));
+                let fields: Vec<f32> = fields.into_data().iter::<f32>().collect();
+                sums.add(&fields, truth);
+            }
+        }
+        sums.validation()
+    }
 }
 
 /// Millimetres of root-mean-square vertex distance that a distance of 1 between fields is.
 pub(super) fn unit_mm(span: &Span) -> f64 {
     let vertices = span.basis.coordinates() as f64 / 3.0;
     1000.0 * f64::from(span.deviation_m) / vertices.sqrt()
-}
-
-fn validate(model: &Autoencoder, data: &Prepared) -> Validation {
-    let mut sums = Distances::new(&data.span);
-    for clip in &data.validation {
-        let latents = encode(model, clip, data.span.width());
-        for (latents, truth) in latents
-            .chunks(BLOCK_FRAMES * latent_count(model))
-            .zip(clip.fields.chunks(BLOCK_FRAMES * data.span.width()))
-        {
-            let shape = [latents.len() / latent_count(model), latent_count(model)];
-            let latents = TensorData::new(latents.to_vec(), shape);
-            let fields = model.decode(Tensor::from_data(latents, &home(model)));
-            let fields: Vec<f32> = fields.into_data().iter::<f32>().collect();
-            sums.add(&fields, truth);
-        }
-    }
-    sums.validation()
 }
 
 /// The device that the network lives on.

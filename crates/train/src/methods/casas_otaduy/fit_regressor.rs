@@ -2,7 +2,7 @@
 
 use burn::grad_clipping::GradientClippingConfig;
 use burn::module::Module;
-use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::AdamConfig;
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;
 use rand::{Rng, RngExt, SeedableRng};
@@ -17,7 +17,7 @@ use super::window::KIND;
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
 use crate::compute::Compute;
-use crate::epochs::{EpochRun, Validation, rate_share};
+use crate::epochs::{Course, EpochRun, Schedule, Validation, part};
 
 /// What the regressor learns from beside the clips.
 pub(super) struct Lesson<'a> {
@@ -68,15 +68,18 @@ pub(super) fn fit_regressor(
         config,
         epochs: config.epochs,
         patience_epochs: config.patience_epochs,
+        learning_rate: config.learning_rate,
+        schedule: Schedule::WarmUp,
         resume,
     };
-    let best = run.run(
-        model,
-        optimizer,
-        |epoch, model, optimizer| run_epoch(lesson, config, &fixed, epoch, model, optimizer),
-        |model| validate(model, lesson),
-        &mut progress,
-    )?;
+    let course = RegressorCourse {
+        lesson,
+        config,
+        fixed,
+        rng: Pcg64Mcg::seed_from_u64(config.seed),
+        order: Vec::new(),
+    };
+    let best = run.run(model, optimizer, course, &mut progress)?;
     let model = Regressor::new(latents, hidden, &Device::flex());
     Ok((checkpoint.load_best(model)?, best))
 }
@@ -158,39 +161,47 @@ fn stretches(clips: &[ClipFields], config: &RegressorConfig, rng: &mut Pcg64Mcg)
     stretches
 }
 
-fn run_epoch(
-    lesson: &Lesson<'_>,
-    config: &RegressorConfig,
-    fixed: &Fixed,
-    epoch: usize,
-    mut model: Regressor,
-    optimizer: &mut ModuleOptimizer,
-) -> Result<(Regressor, f32), TrainError> {
-    let seed = config.seed.wrapping_mul(1_000_003) + epoch as u64;
-    let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let order = stretches(&lesson.data.training, config, &mut rng);
-    let lanes = (config.batch / config.rollout).max(1);
-    let (steps, mut sum) = (order.len().div_ceil(lanes), 0.0f64);
-    for (step, stretches) in order.chunks(lanes).enumerate() {
-        let (features, past, target) = batch(lesson, config, fixed, stretches, &mut rng);
+/// Stretches of the training clips in random order; losses in millimetres.
+struct RegressorCourse<'a> {
+    lesson: &'a Lesson<'a>,
+    config: &'a RegressorConfig,
+    fixed: Fixed,
+    rng: Pcg64Mcg,
+    /// Those of the epoch.
+    order: Vec<Stretch>,
+}
+
+impl Course<Regressor> for RegressorCourse<'_> {
+    fn begin(&mut self, epoch: usize) -> usize {
+        let seed = self.config.seed.wrapping_mul(1_000_003) + epoch as u64;
+        self.rng = Pcg64Mcg::seed_from_u64(seed);
+        self.order = stretches(&self.lesson.data.training, self.config, &mut self.rng);
+        self.order.len().div_ceil(lanes(self.config))
+    }
+
+    fn loss(&mut self, model: &Regressor, step: usize) -> (Tensor<1>, f64) {
+        let (lesson, config, fixed) = (self.lesson, self.config, &self.fixed);
+        let stretches = part(&self.order, step, lanes(config));
+        let (features, past, target) = batch(lesson, config, fixed, stretches, &mut self.rng);
         let (latents, _) = model.play(features, past, &fixed.step_gain);
         let error = fixed.head.fields(latents) - target;
         let frames = stretches.len() * config.rollout;
         let loss = error.powi_scalar(2).sum() / (frames as f64 * fixed.still);
-        let value = loss.clone().into_scalar::<f32>();
-        if !value.is_finite() {
-            return Err(TrainError::Diverged {
-                epoch: epoch + 1,
-                loss: value,
-            });
-        }
-        sum += f64::from(value) * stretches.len() as f64;
-        let gradients = GradientsParams::from_grads(loss.backward(), &model);
-        let done = (epoch as f64 + step as f64 / steps as f64) / config.epochs as f64;
-        model = optimizer.step(config.learning_rate * rate_share(done), model, gradients);
+        (loss, stretches.len() as f64)
     }
-    let square = sum / order.len().max(1) as f64 * fixed.still;
-    Ok((model, (square.sqrt() * unit_mm(&lesson.data.span)) as f32))
+
+    fn in_unit(&self, mean: f64) -> f32 {
+        ((mean * self.fixed.still).sqrt() * unit_mm(&self.lesson.data.span)) as f32
+    }
+
+    fn validate(&self, model: &Regressor) -> Validation {
+        validate(model, self.lesson)
+    }
+}
+
+/// Stretches side by side in a step.
+fn lanes(config: &RegressorConfig) -> usize {
+    (config.batch / config.rollout).max(1)
 }
 
 /// Features, the true latents before, and the fields to come to; rows are time-major.

@@ -1,6 +1,5 @@
 //! Training the autoencoder, and encoding clips with it.
 
-use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;
 use rand::{Rng, RngExt, SeedableRng};
@@ -9,12 +8,12 @@ use serde_json::json;
 
 use super::autoencoder::Autoencoder;
 use super::config::{AutoencoderSizes, DsnetConfig};
-use super::stage::{Run, Stage, StageEpoch, Trained, finite};
+use super::stage::{Run, Stage, StageEpoch, Trained};
 use crate::TrainError;
 use crate::checkpoint::Checkpoint;
 use crate::compute::Compute;
 use crate::data::{ClipEntry, DataSet, Tissue};
-use crate::epochs::Validation;
+use crate::epochs::{Course, Validation, part};
 use crate::split::Set;
 
 /// Frames that are encoded or decoded at once outside training.
@@ -195,48 +194,74 @@ pub fn train_autoencoder(
         .map(|x| f64::from(x / largest_m).powi(2))
         .sum();
     let unit = (squares / frames.training.len().max(1) as f64).max(f64::MIN_POSITIVE) as f32;
-    let width = 3 * vertices;
-    let compressor = |model| Compressor {
-        model,
-        sizes,
-        vertices,
+    let model = Autoencoder::new(&sizes, vertices, &device);
+    let course = FrameCourse {
+        frames,
+        config,
+        device,
         largest_m,
+        unit,
+        order: Vec::new(),
     };
-    let epoch = |epoch: usize, mut model: Autoencoder, optimizer: &mut ModuleOptimizer| {
-        let mut order: Vec<usize> = (0..frames.training.len() / width).collect();
+    let trained = run.train(model, course, progress)?;
+    Ok(Trained {
+        model: Compressor {
+            model: trained.model,
+            sizes,
+            vertices,
+            largest_m,
+        },
+        best_epoch: trained.best_epoch,
+        seconds: trained.seconds,
+    })
+}
+
+/// The training frames in random order.
+struct FrameCourse<'a> {
+    frames: &'a OffsetFrames,
+    config: &'a DsnetConfig,
+    device: Device,
+    /// Metres that are 1 for the network.
+    largest_m: f32,
+    /// Mean square of the scaled coordinates, which is a loss of 1.
+    unit: f32,
+    /// Frames of the epoch.
+    order: Vec<usize>,
+}
+
+impl Course<Autoencoder> for FrameCourse<'_> {
+    fn begin(&mut self, epoch: usize) -> usize {
+        let config = self.config;
+        self.order = (0..self.frames.training.len() / (3 * self.frames.vertices)).collect();
         let mut rng = Pcg64Mcg::seed_from_u64(config.seed.wrapping_mul(1_000_003) + epoch as u64);
-        order.shuffle(&mut rng as &mut dyn Rng);
-        let batches = order.chunks(config.autoencoder_batch);
-        let count = batches.len().max(1);
-        let mut sum = 0.0f64;
-        for (index, batch) in batches.enumerate() {
-            let picked: Vec<f32> = batch
-                .iter()
-                .flat_map(|frame| &frames.training[frame * width..(frame + 1) * width])
-                .copied()
-                .collect();
-            let field = fields(&picked, vertices, largest_m, &device);
-            let back = model.decode(&sizes, model.encode(&sizes, field.clone()), vertices);
-            let loss = (back - field).powi_scalar(2).mean() / unit;
-            sum += f64::from(finite(loss.clone().into_scalar::<f32>(), epoch)?);
-            let gradients = GradientsParams::from_grads(loss.backward(), &model);
-            let rate = run.rate(epoch as f64 + index as f64 / count as f64);
-            model = optimizer.step(rate, model, gradients);
-        }
-        Ok((model, (sum / count as f64) as f32))
-    };
-    let validation = |model: &Autoencoder| {
-        let (error_mm, size_mm) = compressor(model.clone()).errors_mm(&frames.validation);
+        self.order.shuffle(&mut rng as &mut dyn Rng);
+        self.order.len().div_ceil(config.autoencoder_batch)
+    }
+
+    fn loss(&mut self, model: &Autoencoder, step: usize) -> (Tensor<1>, f64) {
+        let (sizes, vertices) = (&self.config.autoencoder, self.frames.vertices);
+        let width = 3 * vertices;
+        let picked: Vec<f32> = part(&self.order, step, self.config.autoencoder_batch)
+            .iter()
+            .flat_map(|frame| &self.frames.training[frame * width..(frame + 1) * width])
+            .copied()
+            .collect();
+        let field = fields(&picked, vertices, self.largest_m, &self.device);
+        let back = model.decode(sizes, model.encode(sizes, field.clone()), vertices);
+        ((back - field).powi_scalar(2).mean() / self.unit, 1.0)
+    }
+
+    fn validate(&self, model: &Autoencoder) -> Validation {
+        let compressor = Compressor {
+            model: model.clone(),
+            sizes: self.config.autoencoder,
+            vertices: self.frames.vertices,
+            largest_m: self.largest_m,
+        };
+        let (error_mm, size_mm) = compressor.errors_mm(&self.frames.validation);
         Validation {
             loss: error_mm,
             ratio: error_mm / size_mm.max(f32::MIN_POSITIVE),
         }
-    };
-    let model = Autoencoder::new(&sizes, vertices, &device);
-    let trained = run.train(model, epoch, validation, progress)?;
-    Ok(Trained {
-        model: compressor(trained.model),
-        best_epoch: trained.best_epoch,
-        seconds: trained.seconds,
-    })
+    }
 }

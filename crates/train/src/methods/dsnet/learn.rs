@@ -1,6 +1,5 @@
 //! Training the predictor on sequences of latents.
 
-use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Int, Tensor, TensorData};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
@@ -9,11 +8,11 @@ use serde_json::json;
 
 use super::config::DsnetConfig;
 use super::predictor::{DsnetPredictor, Sequences};
-use super::stage::{Run, Stage, StageEpoch, Trained, finite};
+use super::stage::{Run, Stage, StageEpoch, Trained};
 use crate::TrainError;
 use crate::checkpoint::Checkpoint;
 use crate::compute::Compute;
-use crate::epochs::Validation;
+use crate::epochs::{Course, Validation, part};
 
 /// Keeps the root's slope finite where a prediction is exact.
 const SMALLEST_SQUARE: f32 = 1e-8;
@@ -133,25 +132,53 @@ pub fn train_predictor(
     let widths = (inputs, config.autoencoder.latents);
     let functions = data.training.first().map(|s| s.basis.len());
     let model = DsnetPredictor::new(config, inputs, functions.filter(|n| *n > 0), &device);
-    let epoch = |epoch: usize, mut model: DsnetPredictor, optimizer: &mut ModuleOptimizer| {
-        let mut order: Vec<&LatentSequence> = data.training.iter().collect();
-        let mut rng = Pcg64Mcg::seed_from_u64(config.seed.wrapping_mul(1_000_003) + epoch as u64);
-        order.shuffle(&mut rng as &mut dyn Rng);
-        let batches = order.chunks(config.batch);
-        let count = batches.len().max(1);
-        let mut sum = 0.0f64;
-        for (index, picked) in batches.enumerate() {
-            let batch = batch(picked, widths, config.frames, config.mask, &device);
-            let loss = distance(model.forward(&batch.sequences), batch.latents);
-            sum += f64::from(finite(loss.clone().into_scalar::<f32>(), epoch)?);
-            let gradients = GradientsParams::from_grads(loss.backward(), &model);
-            let rate = run.rate(epoch as f64 + index as f64 / count as f64);
-            model = optimizer.step(rate, model, gradients);
-        }
-        Ok((model, (sum / count as f64) as f32))
+    let course = SequenceCourse {
+        data,
+        config,
+        widths,
+        device,
+        order: Vec::new(),
     };
-    let validation = |model: &DsnetPredictor| validate(model, data, widths, config);
-    run.train(model, epoch, validation, progress)
+    run.train(model, course, progress)
+}
+
+/// The training sequences in random order.
+struct SequenceCourse<'a> {
+    data: &'a LatentData,
+    config: &'a DsnetConfig,
+    /// Inputs and latents of a frame.
+    widths: (usize, usize),
+    device: Device,
+    /// Sequences of the epoch.
+    order: Vec<&'a LatentSequence>,
+}
+
+impl Course<DsnetPredictor> for SequenceCourse<'_> {
+    fn begin(&mut self, epoch: usize) -> usize {
+        let config = self.config;
+        self.order = self.data.training.iter().collect();
+        let mut rng = Pcg64Mcg::seed_from_u64(config.seed.wrapping_mul(1_000_003) + epoch as u64);
+        self.order.shuffle(&mut rng as &mut dyn Rng);
+        self.order.len().div_ceil(config.batch)
+    }
+
+    fn loss(&mut self, model: &DsnetPredictor, step: usize) -> (Tensor<1>, f64) {
+        let config = self.config;
+        let picked = part(&self.order, step, config.batch);
+        let batch = batch(
+            picked,
+            self.widths,
+            config.frames,
+            config.mask,
+            &self.device,
+        );
+        let loss = distance(model.forward(&batch.sequences), batch.latents);
+        (loss, 1.0)
+    }
+
+    fn validate(&self, model: &DsnetPredictor) -> Validation {
+        validate(model, self.data, self.widths, self.config)
+    }
 }
 
 /// Mean distance in latent space over the frames of the validation clips, never their padding, beside

@@ -1,13 +1,13 @@
 //! What training the autoencoder and training the predictor have in common.
 
 use burn::module::Module;
-use burn::optim::{AdamConfig, ModuleOptimizer};
+use burn::optim::AdamConfig;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
-use crate::epochs::{EpochRun, Validation};
+use crate::epochs::{Course, EpochRun, Schedule};
 
 /// One of the two networks that DSNet trains, one after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,13 +56,11 @@ pub struct Trained<M> {
 
 impl Run<'_> {
     /// Trains `model` for the epochs that are not done yet; gives the weights of the epoch with the
-    /// least validation loss. `epoch` is told the epoch (from 0), takes the model through it and gives
-    /// the mean loss.
+    /// least validation loss.
     pub fn train<M: Module>(
         &self,
         model: M,
-        epoch: impl FnMut(usize, M, &mut ModuleOptimizer) -> Result<(M, f32), TrainError>,
-        validate: impl Fn(&M) -> Validation,
+        course: impl Course<M>,
         progress: &mut dyn FnMut(&StageEpoch),
     ) -> Result<Trained<M>, TrainError> {
         let checkpoint = self.checkpoint;
@@ -73,10 +71,12 @@ impl Run<'_> {
             config: &self.settings,
             epochs: self.epochs,
             patience_epochs: self.patience_epochs,
+            learning_rate: self.learning_rate,
+            schedule: Schedule::Cosine,
             resume: self.resume && checkpoint.holds_run(),
         };
         let optimizer = AdamConfig::new().with_epsilon(1e-8).init();
-        let best = run.run(model, optimizer, epoch, validate, |record| {
+        let best = run.run(model, optimizer, course, |record| {
             progress(&StageEpoch {
                 stage: self.stage,
                 epochs: self.epochs,
@@ -87,24 +87,6 @@ impl Run<'_> {
             best_epoch: best.epoch,
             seconds: checkpoint.seconds()?,
             model: checkpoint.load_best(fresh)?,
-        })
-    }
-
-    /// The learning rate after `done` of all epochs.
-    pub fn rate(&self, done: f64) -> f64 {
-        let share = (done / self.epochs as f64).min(1.0);
-        0.5 * self.learning_rate * (1.0 + (std::f64::consts::PI * share).cos()).max(1e-3)
-    }
-}
-
-/// Refuses a loss that is not a number.
-pub(super) fn finite(loss: f32, epoch: usize) -> Result<f32, TrainError> {
-    if loss.is_finite() {
-        Ok(loss)
-    } else {
-        Err(TrainError::Diverged {
-            epoch: epoch + 1,
-            loss,
         })
     }
 }

@@ -98,45 +98,94 @@ pub struct Predictor {
     masks: Masks,
 }
 
-/// Ones where a unit may hear another ([`Locality`]), row-major as the weights are.
-#[derive(Clone, Debug, PartialEq)]
+/// Ones where a unit may hear another ([`Locality`]), as long and wide as the weights are. They do not
+/// change, so they lie on the network's device from the start, without gradients.
+#[derive(Clone, Debug)]
 struct Masks {
-    encoder: Vec<f32>,
-    drive: Vec<f32>,
-    poles: Vec<f32>,
-    mode_scale: Vec<f32>,
-    code: Vec<f32>,
-    from_code: Vec<f32>,
-    from_condition: Vec<f32>,
-    from_hidden: Vec<f32>,
-    readout: Vec<f32>,
+    encoder: Mask,
+    drive: Mask,
+    poles: Mask,
+    mode_scale: Mask,
+    code: Mask,
+    from_code: Mask,
+    from_condition: Mask,
+    from_hidden: Mask,
+    readout: Mask,
+}
+
+/// The mask of one matrix of weights.
+#[derive(Clone, Debug)]
+struct Mask {
+    ones: Tensor<2>,
+    /// Numbers of the matrix.
+    all: usize,
+    /// Those of them that are 1.
+    heard: usize,
+}
+
+impl Mask {
+    /// From ones and zeros, row by row, for weights of so many rows.
+    fn new(ones: Vec<f32>, rows: usize, device: &Device) -> Self {
+        let (all, heard) = (ones.len(), ones.iter().filter(|one| **one != 0.0).count());
+        let ones = TensorData::new(ones, [rows, all / rows.max(1)]);
+        Self {
+            ones: Tensor::from_data(ones, &device.clone().inner()),
+            all,
+            heard,
+        }
+    }
+
+    /// `weights` with zeros where the mask has them.
+    fn apply(&self, weights: &Param<Tensor<2>>) -> Tensor<2> {
+        weights.val() * self.ones.clone()
+    }
+
+    /// How much louder a unit starts that hears less.
+    fn gain(&self) -> f64 {
+        (self.all as f64 / f64::from((self.heard as f32).max(1.0))).sqrt()
+    }
 }
 
 impl Masks {
-    fn new(sizes: PredictorSizes, locality: &Locality) -> Self {
+    fn new(sizes: PredictorSizes, locality: &Locality, device: &Device) -> Self {
         let encoding = locality.unit_blocks(sizes.encoding);
         let springs = locality.unit_blocks(sizes.springs);
         let hidden = locality.unit_blocks(sizes.hidden);
         let latents = locality.latent_blocks();
         let modes = [springs.as_slice(), &springs].concat();
         let gates = hidden.repeat(3);
+        let (motion, conditions) = (sizes.motion, sizes.conditions);
+        let mask = |ones: Vec<f32>, rows: usize| Mask::new(ones, rows, device);
         Self {
-            encoder: locality.feeling(&encoding),
-            drive: [locality.feeling(&springs), same_block(&encoding, &springs)].concat(),
-            poles: [locality.hearing(&modes), same_block(&encoding, &modes)].concat(),
-            mode_scale: locality.hearing(&modes),
-            code: [
-                locality.nearby(&modes, &encoding),
-                locality.nearby(&encoding, &encoding),
-            ]
-            .concat(),
-            from_code: same_block(&encoding, &hidden.repeat(4)),
-            from_condition: locality.hearing(&gates),
-            from_hidden: same_block(&hidden, &gates),
-            readout: same_block(&[modes, hidden, encoding].concat(), &latents),
+            encoder: mask(locality.feeling(&encoding), motion),
+            drive: mask(
+                [locality.feeling(&springs), same_block(&encoding, &springs)].concat(),
+                motion + sizes.encoding,
+            ),
+            poles: mask(
+                [locality.hearing(&modes), same_block(&encoding, &modes)].concat(),
+                conditions + sizes.encoding,
+            ),
+            mode_scale: mask(locality.hearing(&modes), conditions),
+            code: mask(
+                [
+                    locality.nearby(&modes, &encoding),
+                    locality.nearby(&encoding, &encoding),
+                ]
+                .concat(),
+                modes.len() + sizes.encoding,
+            ),
+            from_code: mask(same_block(&encoding, &hidden.repeat(4)), sizes.encoding),
+            from_condition: mask(locality.hearing(&gates), conditions),
+            from_hidden: mask(same_block(&hidden, &gates), sizes.hidden),
+            readout: mask(
+                same_block(&[modes.as_slice(), &hidden, &encoding].concat(), &latents),
+                modes.len() + sizes.hidden + sizes.encoding,
+            ),
         }
     }
 
+    /// Number of weights that stay 0.
     fn silent(&self) -> usize {
         let masks = [
             &self.encoder,
@@ -149,20 +198,8 @@ impl Masks {
             &self.from_hidden,
             &self.readout,
         ];
-        masks
-            .into_iter()
-            .flatten()
-            .filter(|one| **one == 0.0)
-            .count()
+        masks.into_iter().map(|mask| mask.all - mask.heard).sum()
     }
-}
-
-/// `weights` with zeros where `mask` has them.
-fn masked(weights: &Param<Tensor<2>>, mask: &[f32]) -> Tensor<2> {
-    let weights = weights.val();
-    let mask = TensorData::new(mask.to_vec(), weights.dims());
-    let mask = Tensor::from_data(mask, &weights.device());
-    weights * mask
 }
 
 /// The state of a batch of lanes. Zero is the state at rest.
@@ -211,7 +248,7 @@ impl PredictorState {
 impl Predictor {
     /// Random weights; seed the device first. The latents are those of `locality`.
     pub fn new(sizes: PredictorSizes, locality: &Locality, device: &Device) -> Self {
-        let masks = Masks::new(sizes, locality);
+        let masks = Masks::new(sizes, locality, device);
         let PredictorSizes {
             motion,
             conditions,
@@ -228,11 +265,6 @@ impl Predictor {
                 device,
             )
         };
-        // A unit that hears less is started louder.
-        let wider = |mask: &[f32]| {
-            let heard: f32 = mask.iter().sum();
-            (mask.len() as f64 / f64::from(heard.max(1.0))).sqrt()
-        };
         // Forget gates near 0.88: a memory of about eight ticks.
         let mut bias = vec![0.0f32; 3 * hidden];
         bias[2 * hidden..].fill(2.0);
@@ -242,17 +274,17 @@ impl Predictor {
         };
         let modes = 2 * springs;
         Self {
-            encoder: random(motion, encoding, encoding, wider(&masks.encoder)),
-            drive: random(motion + encoding, springs, springs, wider(&masks.drive)),
+            encoder: random(motion, encoding, encoding, masks.encoder.gain()),
+            drive: random(motion + encoding, springs, springs, masks.drive.gain()),
             poles: random(conditions + encoding, modes, springs, 0.2),
             poles_bias: vector(first_poles(&locality.unit_blocks(springs))),
             mode_scale: random(conditions, modes, springs, 0.3),
-            code: random(modes + encoding, encoding, encoding, wider(&masks.code)),
+            code: random(modes + encoding, encoding, encoding, masks.code.gain()),
             // One gate's fan, not four: each gate is a layer of its own.
-            from_code: random(encoding, 4 * hidden, hidden, wider(&masks.from_code)),
+            from_code: random(encoding, 4 * hidden, hidden, masks.from_code.gain()),
             from_condition: random(conditions, 3 * hidden, hidden, 0.5),
             bias: vector(bias),
-            from_hidden: random(hidden, 3 * hidden, hidden, wider(&masks.from_hidden)),
+            from_hidden: random(hidden, 3 * hidden, hidden, masks.from_hidden.gain()),
             readout: random(modes + hidden + encoding, latent, latent, 0.5),
             masks,
         }
@@ -282,47 +314,47 @@ impl Predictor {
 
     /// E, with zeros where a unit does not hear a feature.
     pub fn local_encoder(&self) -> Tensor<2> {
-        masked(&self.encoder, &self.masks.encoder)
+        self.masks.encoder.apply(&self.encoder)
     }
 
     /// U, with zeros where a spring does not hear what drives it.
     pub fn local_drive(&self) -> Tensor<2> {
-        masked(&self.drive, &self.masks.drive)
+        self.masks.drive.apply(&self.drive)
     }
 
     /// K and D, with zeros where a spring does not hear an encoding or a number about the body.
     pub fn local_poles(&self) -> Tensor<2> {
-        masked(&self.poles, &self.masks.poles)
+        self.masks.poles.apply(&self.poles)
     }
 
     /// G, with zeros where a spring does not hear a number about the body.
     pub fn local_mode_scale(&self) -> Tensor<2> {
-        masked(&self.mode_scale, &self.masks.mode_scale)
+        self.masks.mode_scale.apply(&self.mode_scale)
     }
 
     /// C, with zeros where a code does not hear a spring or an encoding.
     pub fn local_code(&self) -> Tensor<2> {
-        masked(&self.code, &self.masks.code)
+        self.masks.code.apply(&self.code)
     }
 
     /// What gates and cells hear of the code, with zeros between blocks.
     pub fn local_from_code(&self) -> Tensor<2> {
-        masked(&self.from_code, &self.masks.from_code)
+        self.masks.from_code.apply(&self.from_code)
     }
 
     /// What the gates hear of the cells' outputs, with zeros between blocks.
     pub fn local_from_hidden(&self) -> Tensor<2> {
-        masked(&self.from_hidden, &self.masks.from_hidden)
+        self.masks.from_hidden.apply(&self.from_hidden)
     }
 
     /// What the gates hear of the body.
     pub fn local_from_condition(&self) -> Tensor<2> {
-        masked(&self.from_condition, &self.masks.from_condition)
+        self.masks.from_condition.apply(&self.from_condition)
     }
 
     /// R, with zeros where a latent does not hear a spring or an encoding.
     pub fn local_readout(&self) -> Tensor<2> {
-        masked(&self.readout, &self.masks.readout)
+        self.masks.readout.apply(&self.readout)
     }
 
     /// The state at rest of a number of lanes.

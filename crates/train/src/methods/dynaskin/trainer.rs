@@ -1,18 +1,18 @@
 //! The training loop of the predictor: AdamW, cosine decay, checkpoints, early best.
 
 use burn::grad_clipping::GradientClippingConfig;
-use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::AdamWConfig;
 use burn::tensor::{Device, Tensor, TensorData};
 
 use super::blocks::Block;
 use super::config::TrainConfig;
 use super::lanes::{Batch, Lanes, Sequence};
 use super::locality::Locality;
-use super::predictor::{Predictor, PredictorSizes};
+use super::predictor::{Predictor, PredictorSizes, PredictorState};
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, EpochRecord};
 use crate::compute::Compute;
-use crate::epochs::{EpochRun, Validation, rate_share};
+use crate::epochs::{Course, EpochRun, Schedule, Validation};
 
 /// Rounds the corner of the loss at zero error, in millimetres: below it frames count as done.
 const LOSS_FLOOR_MM: f32 = 0.05;
@@ -92,94 +92,100 @@ pub fn train(
         .with_epsilon(1e-8)
         .with_grad_clipping(Some(GradientClippingConfig::Norm(config.clip_norm)))
         .init();
-    let metric = Metric::new(data, &device);
-    let plain_metric = Metric::new(data, &plain);
     let run = EpochRun {
         checkpoint,
         config,
         epochs: config.epochs,
         patience_epochs: config.patience_epochs,
+        learning_rate: config.learning_rate,
+        schedule: Schedule::WarmUp,
         resume,
     };
-    let best = run.run(
-        model,
-        optimizer,
-        |epoch, model, optimizer| run_epoch(data, config, epoch, model, optimizer, &metric),
-        |model| validate(model, data, config, &plain_metric),
-        &mut progress,
-    )?;
+    let course = PredictorCourse {
+        data,
+        config,
+        metric: Metric::new(data, &device),
+        plain_metric: Metric::new(data, &plain),
+        lanes: None,
+        state: None,
+    };
+    let best = run.run(model, optimizer, course, &mut progress)?;
     let model = checkpoint.load_best(Predictor::new(sizes, &data.locality, &Device::flex()))?;
     Ok((model, best))
 }
 
-/// One pass over the training sequences; gives the mean loss in millimetres.
-fn run_epoch(
-    data: &PredictorData,
-    config: &TrainConfig,
-    epoch: usize,
-    mut model: Predictor,
-    optimizer: &mut ModuleOptimizer,
-    metric: &Metric,
-) -> Result<(Predictor, f32), TrainError> {
-    let widths = (data.motion, data.deviation_m.len());
-    let seed = config.seed.wrapping_mul(1_000_003) + epoch as u64;
-    let lanes = Lanes::new(&data.training, config.lanes, config.window, widths, seed);
-    let device = &metric.device;
-    let mut state = model.rest_state(lanes.count(), device);
-    let (mut sum, mut frames) = (0.0f64, 0usize);
-    let windows = lanes.window_count();
-    for index in 0..windows {
-        let batch = lanes.window(index, device);
-        let (latents, next) = model.forward(&batch.window, state);
-        state = next.detached();
-        let velocity = metric.velocity_loss_mm(latents.clone(), &batch);
-        let loss = metric.loss_mm(latents, &batch) + velocity * config.velocity_weight;
-        let value = loss.clone().into_scalar::<f32>();
-        if !value.is_finite() {
-            return Err(TrainError::Diverged {
-                epoch: epoch + 1,
-                loss: value,
-            });
-        }
-        sum += f64::from(value) * batch.frames as f64;
-        frames += batch.frames;
-        let gradients = GradientsParams::from_grads(loss.backward(), &model);
-        let done = (epoch as f64 + index as f64 / windows as f64) / config.epochs as f64;
-        let rate = config.learning_rate * rate_share(done);
-        model = optimizer.step(rate, model, gradients);
-    }
-    Ok((model, (sum / frames.max(1) as f64) as f32))
+/// Windows of the training sequences, one after the other; losses in millimetres.
+struct PredictorCourse<'a> {
+    data: &'a PredictorData,
+    config: &'a TrainConfig,
+    /// With gradients.
+    metric: Metric,
+    /// Without.
+    plain_metric: Metric,
+    /// Those of the epoch.
+    lanes: Option<Lanes<'a>>,
+    /// After the window before; none where an epoch begins.
+    state: Option<PredictorState>,
 }
 
-fn validate(
-    model: &Predictor,
-    data: &PredictorData,
-    config: &TrainConfig,
-    metric: &Metric,
-) -> Validation {
-    let widths = (data.motion, data.deviation_m.len());
-    let lanes = Lanes::new(
-        &data.validation,
-        VALIDATION_LANES,
-        config.window,
-        widths,
-        config.seed,
-    );
-    let mut state = model.rest_state(lanes.count(), &metric.device);
-    let (mut error, mut still, mut frames) = (0.0f64, 0.0f64, 0usize);
-    for index in 0..lanes.window_count() {
-        let batch = lanes.window(index, &metric.device);
-        let (latents, next) = model.forward(&batch.window, state);
-        state = next;
-        let zeros = Tensor::zeros(latents.dims(), &metric.device);
-        let weight = batch.frames as f64;
-        error += f64::from(metric.loss_mm(latents, &batch).into_scalar::<f32>()) * weight;
-        still += f64::from(metric.loss_mm(zeros, &batch).into_scalar::<f32>()) * weight;
-        frames += batch.frames;
+impl PredictorCourse<'_> {
+    /// Motion features and latents of a frame.
+    fn widths(&self) -> (usize, usize) {
+        (self.data.motion, self.data.deviation_m.len())
     }
-    Validation {
-        loss: (error / frames.max(1) as f64) as f32,
-        ratio: (error / still.max(f64::MIN_POSITIVE)) as f32,
+}
+
+impl Course<Predictor> for PredictorCourse<'_> {
+    fn begin(&mut self, epoch: usize) -> usize {
+        let (config, widths) = (self.config, self.widths());
+        let seed = config.seed.wrapping_mul(1_000_003) + epoch as u64;
+        let training = &self.data.training;
+        let lanes = Lanes::new(training, config.lanes, config.window, widths, seed);
+        self.state = None;
+        self.lanes.insert(lanes).window_count()
+    }
+
+    fn loss(&mut self, model: &Predictor, step: usize) -> (Tensor<1>, f64) {
+        let metric = &self.metric;
+        let device = &metric.device;
+        let Some(lanes) = &self.lanes else {
+            return (Tensor::zeros([1], device), 0.0);
+        };
+        let state = self.state.take();
+        let state = state.unwrap_or_else(|| model.rest_state(lanes.count(), device));
+        let batch = lanes.window(step, device);
+        let (latents, next) = model.forward(&batch.window, state);
+        self.state = Some(next.detached());
+        let velocity = metric.velocity_loss_mm(latents.clone(), &batch);
+        let loss = metric.loss_mm(latents, &batch) + velocity * self.config.velocity_weight;
+        (loss, batch.frames as f64)
+    }
+
+    fn validate(&self, model: &Predictor) -> Validation {
+        let (config, metric) = (self.config, &self.plain_metric);
+        let lanes = Lanes::new(
+            &self.data.validation,
+            VALIDATION_LANES,
+            config.window,
+            self.widths(),
+            config.seed,
+        );
+        let mut state = model.rest_state(lanes.count(), &metric.device);
+        let (mut error, mut still, mut frames) = (0.0f64, 0.0f64, 0usize);
+        for index in 0..lanes.window_count() {
+            let batch = lanes.window(index, &metric.device);
+            let (latents, next) = model.forward(&batch.window, state);
+            state = next;
+            let zeros = Tensor::zeros(latents.dims(), &metric.device);
+            let weight = batch.frames as f64;
+            error += f64::from(metric.loss_mm(latents, &batch).into_scalar::<f32>()) * weight;
+            still += f64::from(metric.loss_mm(zeros, &batch).into_scalar::<f32>()) * weight;
+            frames += batch.frames;
+        }
+        Validation {
+            loss: (error / frames.max(1) as f64) as f32,
+            ratio: (error / still.max(f64::MIN_POSITIVE)) as f32,
+        }
     }
 }
 
