@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use dynaskin_evaluate::Method;
 use dynaskin_sim::ClipData;
-use dynaskin_train::Method;
 use tempfile::TempDir;
 
 /// One clip to learn from, one that decides when to stop, and one that is held out.

@@ -19,8 +19,9 @@ use std::path::PathBuf;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_body::BodyModel;
+use dynaskin_evaluate::{Placement, Player, evaluate_placements};
 use dynaskin_runtime::Bundle;
-use dynaskin_train::{DataSet, Placement, Player, Set, Split, Tissue, evaluate_placements};
+use dynaskin_train::{DataSet, Set, Split, Tissue};
 
 use super::say;
 use super::train::{clip_bar, measure, read_body, summary};

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
+use dynaskin_evaluate::study::{self, FLOOR_STRIDE, Floor, Floors};
 use dynaskin_report::{Curve, Plot, Report, Table};
-use dynaskin_train::study::{self, FLOOR_STRIDE, Floor, Floors};
 use dynaskin_train::{Set, Tissue};
 
 use super::page::{Methods, Subject};

@@ -4,10 +4,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
-use dynaskin_train::{
-    AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, Networks,
-    RegressorConfig, RunFolder, TrainingInput, compare_subspaces, train_casas_otaduy,
+use dynaskin_baselines::{
+    AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, RegressorConfig,
+    RunFolder, compare_subspaces, train_casas_otaduy,
 };
+use dynaskin_train::{Networks, TrainingInput};
 
 use super::subspaces::SubspaceRow;
 use super::{PaperArgs, clip_bar, epoch_line};

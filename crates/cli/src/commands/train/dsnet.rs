@@ -3,8 +3,11 @@
 use std::time::Instant;
 
 use clap::Args;
-use dynaskin_train::dsnet::{DsnetConfig, Progress, ShapeInput, Stage, StageEpoch, train_dsnet};
-use dynaskin_train::{Method, Networks, TrainingInput};
+use dynaskin_baselines::dsnet::{
+    DsnetConfig, Progress, ShapeInput, Stage, StageEpoch, train_dsnet,
+};
+use dynaskin_evaluate::Method;
+use dynaskin_train::{Networks, TrainingInput};
 
 use super::{TrainArgs, clip_bar};
 use crate::commands::say;

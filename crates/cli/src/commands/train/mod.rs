@@ -12,12 +12,15 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use clap::Args;
+use dynaskin_baselines::{
+    DmplConfig, RunFolder, SpringBonesConfig, train_dmpl, train_spring_bones,
+};
 use dynaskin_body::BodyModel;
+use dynaskin_evaluate::{BundleParts, Method, Player, Report, evaluate, write_bundle};
 use dynaskin_runtime::BundleFile;
 use dynaskin_train::{
-    BundleParts, Compute, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Report,
-    RunFolder, Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError, TrainingInput,
-    evaluate, train_dmpl, train_spring_bones, write_bundle,
+    Compute, DataSet, EpochRecord, Networks, Set, Split, Tissue, TrainConfig, TrainError,
+    TrainingInput,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
