@@ -18,7 +18,7 @@ pub fn model_card(name: &str, licence: &str, facts: &TrainingFacts, report: &Rep
         card,
         "Predicts the offsets of the soft tissue of the {name} body from the motion of its \
          skeleton, sixty times a second: `predictor.onnx` (one step a call) and `decoder.onnx`. Made by \
-         `dynaskin train --method {}`. \
+         `dynaskin train {}`. \
          The numbers below come from playing the exported files through the runtime's features and \
          networks, frame by frame from a state of zeros, without the avatar's delay of one tick; \
          `dynaskin evaluate` prints them again.\n\n",

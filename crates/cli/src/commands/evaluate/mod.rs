@@ -61,7 +61,7 @@ pub struct EvaluateArgs {
     #[arg(long, requires = "report")]
     without_simulation: bool,
     /// Curves of autoencoders and principal components for the report, as `dynaskin train
-    /// --compare-subspaces` writes them; `methods/casas-otaduy/subspaces.csv` in the bundle's folder
+    /// casas-otaduy --compare-subspaces` writes them; `methods/casas-otaduy/subspaces.csv` in the bundle's folder
     /// where there is one, unless given.
     #[arg(long, requires = "report")]
     subspaces: Option<PathBuf>,

@@ -14,14 +14,14 @@ use super::page::{Methods, Subject};
 use super::tables::Csv;
 use crate::commands::train::{SubspaceRow, clip_bar};
 
-/// Curves of a clip that neither was fitted to, as `dynaskin train --compare-subspaces` left them in
-/// the file `csv`.
+/// Curves of a clip that neither was fitted to, as `dynaskin train casas-otaduy --compare-subspaces`
+/// left them in the file `csv`.
 pub fn subspaces_section(report: &mut Report, csv: &Path) -> anyhow::Result<()> {
     let text = fs::read_to_string(csv).with_context(|| format!("cannot read {}", csv.display()))?;
     let mut lines = text.lines();
     if lines.next() != Some(SubspaceRow::HEAD) {
         bail!(
-            "{} does not begin with {}: have it written by `dynaskin train --compare-subspaces`",
+            "{} does not begin with {}: have it written by `dynaskin train casas-otaduy --compare-subspaces`",
             csv.display(),
             SubspaceRow::HEAD
         );
