@@ -8,6 +8,7 @@ import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs"
 import { CargoTally, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
 import { buildSdk, tscProgram } from "./sdk.mjs";
 import {
+  checkMinimumRust,
   ensureNodePackages,
   ensurePython,
   ensureRust,
@@ -116,6 +117,7 @@ async function firefoxTests() {
 
 const STEPS = [
   { name: "setup", title: "What the tests need", work: setUp, always: true },
+  { name: "msrv", title: "One oldest Rust", work: oneCheck(async () => checkMinimumRust()) },
   { name: "fmt", title: "cargo fmt", work: oneCheck(() => run("cargo", ["fmt", "--check"])) },
   {
     name: "clippy",
