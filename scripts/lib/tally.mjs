@@ -39,7 +39,8 @@ export class CargoTally extends Tally {
       // Failed, timed out or not started at all.
       this.add({ passed, failed: run - passed, skipped: ignored });
     }
-    const skip = /^skipped: (.+)$/.exec(line.trim());
+    // On one thread and uncaptured, as under nextest, the test's name stands before it.
+    const skip = /^(?:test \S+ \.\.\. )?skipped: (.+)$/.exec(line.trim());
     if (skip) this.add({ passed: -1, skipped: 1, skippedNames: [skip[1]] });
   }
 }
