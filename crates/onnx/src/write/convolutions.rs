@@ -29,7 +29,7 @@ impl Steps {
 
 impl Graph {
     /// Convolution (ONNX `Conv`) of `x` [N, inputs, L] with `weights` [outputs, inputs, K] and
-    /// `bias` [outputs]; gives [N, outputs, (L + 2 · padding - K) / stride + 1].
+    /// `bias` `[outputs]`; gives [N, outputs, (L + 2 · padding - K) / stride + 1].
     ///
     /// # Errors
     /// [`WriteError::Shape`], also for a kernel longer than the padded axis and for an
@@ -58,7 +58,7 @@ impl Graph {
     }
 
     /// Transposed convolution (ONNX `ConvTranspose`) of `x` [N, inputs, L] with `weights`
-    /// [inputs, outputs, K] and `bias` [outputs]; gives
+    /// [inputs, outputs, K] and `bias` `[outputs]`; gives
     /// [N, outputs, (L - 1) · stride + K - 2 · padding + output_padding].
     ///
     /// # Errors

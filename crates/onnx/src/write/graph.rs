@@ -127,7 +127,7 @@ impl Graph {
     }
 
     /// `x · weight + bias` (ONNX `Gemm`): `x` [N, inputs], `weight` [inputs, outputs] (burn's
-    /// layout of a linear layer), `bias` [outputs]; gives [N, outputs].
+    /// layout of a linear layer), `bias` `[outputs]`; gives [N, outputs].
     ///
     /// # Errors
     /// [`WriteError::Shape`].
