@@ -10,7 +10,11 @@ pub(crate) use dynaskin_onnx::{CheckedGraph as Graph, Port};
 /// # Errors
 /// [`RuntimeError::NotOnnx`], [`RuntimeError::UnknownOperator`], [`RuntimeError::InvalidGraph`],
 /// [`RuntimeError::Inference`] where tract refuses an operator that passed the checks.
-pub(crate) fn read(network: Network, onnx_bytes: &[u8], rows: usize) -> Result<Graph, RuntimeError> {
+pub(crate) fn read(
+    network: Network,
+    onnx_bytes: &[u8],
+    rows: usize,
+) -> Result<Graph, RuntimeError> {
     dynaskin_onnx::read(onnx_bytes, rows).map_err(|error| unreadable(network, error))
 }
 
