@@ -2,6 +2,7 @@ import type { Bundle } from "./bundle.js";
 import { checkCallback, checkObject, checkSignal } from "./check.js";
 import { type Core, startCore } from "./core.js";
 import { DynaSkinError, guard } from "./error.js";
+import { checkIntegrity, isIntegrity } from "./integrity.js";
 import { Body, Model } from "./model.js";
 import { type FileSource, type Progress, ProgressSum, readBytes } from "./source.js";
 import type { WasmSource } from "./wasm/instantiate.js";
@@ -17,6 +18,12 @@ export interface ModelFiles {
   /** The network that turns that vector into offsets, an ONNX file: {@link Bundle.decoder}. */
   decoder: FileSource;
 }
+
+/** Size in bytes over which `load` refuses a body or a network and stops its download. */
+const MAX_FILE_BYTES = 256 * 2 ** 20;
+
+/** Size in bytes over which bundle.json is refused: it holds a list of vertices and some numbers. */
+const MAX_BUNDLE_BYTES = 16 * 2 ** 20;
 
 /** What {@link load} needs to know. */
 export interface LoadOptions {
@@ -36,6 +43,12 @@ export interface LoadOptions {
    * then not needed.
    */
   wasm?: WasmSource;
+  /**
+   * The SHA-256 that `bundle.json` must have, as HTML's `integrity` writes it: `sha256-` and the hash
+   * in base64. bundle.json names the hashes of all other files, so this one fixes the whole model:
+   * give it where the files come from a server that you do not control.
+   */
+  integrity?: string;
   /** Stops the downloads; `load` then rejects with the signal's reason. */
   signal?: AbortSignal;
   /** Called as bytes arrive. What it throws, `load` rejects with. */
@@ -48,10 +61,11 @@ export interface LoadOptions {
 }
 
 /**
- * Loads a model: the WebAssembly core, the body and the two networks, side by side.
+ * Loads a model: the WebAssembly core, the body and the two networks, side by side. The files are read
+ * from the folder of `bundle.json` and from nowhere else, whatever names stand in it.
  *
- * @throws DynaSkinError `fetch`, `wasm`, or what the core refuses: `bundle` (also a wrong hash, or a
- *   `body` that is not the bundle's), `body`, `network`
+ * @throws DynaSkinError `fetch` (also for a file over 256 MiB), `wasm`, or what the core
+ *   refuses: `bundle` (also a wrong hash, or a `body` that is not the bundle's), `body`, `network`
  */
 export async function load(options: LoadOptions): Promise<Model> {
   checkObject('load() needs options, such as { model: "/models/female/" }: they', options);
@@ -59,18 +73,25 @@ export async function load(options: LoadOptions): Promise<Model> {
   if (options.body !== undefined && !(options.body instanceof Body)) {
     throw new DynaSkinError("argument", "body must be a Body, such as another model's body.");
   }
+  if (options.integrity !== undefined && !isIntegrity(options.integrity)) {
+    throw new DynaSkinError(
+      "argument",
+      'integrity must be "sha256-" and the 44 characters of a hash in base64, as HTML writes it.',
+    );
+  }
   checkSignal(signal);
   checkCallback("onProgress", options.onProgress);
   checkCallback("onBody", onBody);
   const progress = new ProgressSum(options.onProgress);
-  const read = (source: FileSource, what: string) =>
-    readBytes(source, { what, signal, onProgress: progress.part() });
+  const read = (source: FileSource, what: string, maxBytes = MAX_FILE_BYTES) =>
+    readBytes(source, { what, signal, maxBytes, onProgress: progress.part() });
 
   const starting = startCore(options.wasm, progress.part());
   // A failure is reported below, at the first await that meets it.
   starting.catch(() => {});
   const sources = toSources(options.model);
-  const bundleBytes = await read(sources.bundle, "bundle.json");
+  const bundleBytes = await read(sources.bundle, "bundle.json", MAX_BUNDLE_BYTES);
+  if (options.integrity !== undefined) await checkIntegrity(bundleBytes, options.integrity);
   const bundle = parseBundle(bundleBytes, addressOf(sources.bundle));
   const shared = options.body;
   if (shared) checkBody(shared, bundle);
@@ -140,7 +161,7 @@ function toSources(model: LoadOptions["model"]): Sources {
   const folder = toUrl(address.endsWith("/") ? address : `${address}/`);
   return {
     bundle: new URL("bundle.json", folder),
-    file: (bundle, key) => new URL(encodeURI(bundle[key].file), folder),
+    file: (bundle, key) => new URL(encodeURIComponent(bundle[key].file), folder),
   };
 }
 
@@ -182,7 +203,13 @@ function parseBundle(bytes: Uint8Array, address: string | null): Bundle {
   try {
     const bundle = JSON.parse(text) as Bundle;
     for (const key of ["body", "predictor", "decoder"] as const) {
-      if (typeof bundle[key]?.file !== "string") throw new Error(`${key}.file is missing`);
+      const file: unknown = bundle?.[key]?.file;
+      if (typeof file !== "string") throw new Error(`${key}.file is missing`);
+      if (!isPlainName(file)) {
+        throw new Error(
+          `${key}.file is ${JSON.stringify(file)}, expected a file name without folders`,
+        );
+      }
     }
     return bundle;
   } catch (cause) {
@@ -190,4 +217,13 @@ function parseBundle(bytes: Uint8Array, address: string | null): Bundle {
     const where = address ? ` (${address})` : "";
     throw new DynaSkinError("bundle", `bundle.json cannot be read${where}: ${reason}.`, { cause });
   }
+}
+
+/**
+ * Whether a name means a file beside bundle.json. The core asks the same, but only after the request:
+ * a bundle could name another host, or a file of the machine that runs Node.
+ */
+function isPlainName(name: string): boolean {
+  // biome-ignore lint/suspicious/noControlCharactersInRegex: they have no place in a file name.
+  return name !== "" && !name.startsWith(".") && !/[/\\:\u0000-\u001f]/.test(name);
 }

@@ -51,6 +51,8 @@ export class ProgressSum {
 interface ReadOptions {
   /** What the file is, for error messages: `the body`. */
   what: string;
+  /** Size over which the file is refused, and a download stopped. */
+  maxBytes?: number;
   signal?: AbortSignal | undefined;
   onProgress?: ((loadedBytes: number, totalBytes: number) => void) | undefined;
 }
@@ -58,16 +60,21 @@ interface ReadOptions {
 /**
  * Reads a file to its end.
  *
- * @throws DynaSkinError `fetch` when it cannot be had.
+ * @throws DynaSkinError `fetch` when it cannot be read or is larger than `maxBytes`.
  * @internal
  */
 export async function readBytes(source: FileSource, options: ReadOptions): Promise<Uint8Array> {
   options.signal?.throwIfAborted();
-  if (source instanceof ArrayBuffer) return new Uint8Array(source);
+  if (source instanceof ArrayBuffer) {
+    checkSize(source.byteLength, options);
+    return new Uint8Array(source);
+  }
   if (ArrayBuffer.isView(source)) {
+    checkSize(source.byteLength, options);
     return new Uint8Array(source.buffer, source.byteOffset, source.byteLength);
   }
   if (typeof Blob !== "undefined" && source instanceof Blob) {
+    checkSize(source.size, options);
     return new Uint8Array(await source.arrayBuffer());
   }
   if (typeof Response !== "undefined" && source instanceof Response) {
@@ -84,6 +91,12 @@ export async function readBytes(source: FileSource, options: ReadOptions): Promi
   return fromDisk ?? readResponse(await open(address, options), address, options);
 }
 
+function checkSize(bytes: number, { what, maxBytes = Number.POSITIVE_INFINITY }: ReadOptions) {
+  if (bytes <= maxBytes) return;
+  const [size, limit] = [bytes, maxBytes].map((number) => Math.ceil(number / 2 ** 20));
+  throw new DynaSkinError("fetch", `${what} has ${size} MiB; at most ${limit} MiB are read.`);
+}
+
 async function open(address: string, { what, signal }: ReadOptions): Promise<Response> {
   try {
     return await fetch(address, signal ? { signal } : {});
@@ -96,8 +109,9 @@ async function open(address: string, { what, signal }: ReadOptions): Promise<Res
 async function readResponse(
   response: Response,
   address: string,
-  { what, signal, onProgress }: ReadOptions,
+  options: ReadOptions,
 ): Promise<Uint8Array> {
+  const { what, signal, onProgress } = options;
   if (!response.ok) {
     throw new DynaSkinError(
       "fetch",
@@ -119,6 +133,8 @@ async function readResponse(
       if (done) break;
       chunks.push(value);
       loaded += value.length;
+      // Counted as it arrives: the announced length is that of packed bytes, or is missing.
+      checkSize(loaded, options);
       onProgress?.(loaded, announced);
     }
   } catch (error) {
@@ -141,22 +157,24 @@ function join(chunks: Uint8Array[], length: number): Uint8Array {
 
 interface NodeProcess {
   getBuiltinModule?: (name: "node:fs/promises") => {
+    stat(path: URL): Promise<{ size: number }>;
     readFile(path: URL, options: { signal?: AbortSignal }): Promise<Uint8Array>;
   };
 }
 
 /** Node's `fetch` knows no `file:`; an import of `node:fs` would break bundlers, so it is asked for. */
-async function readFromDisk(
-  address: string,
-  { what, signal, onProgress }: ReadOptions,
-): Promise<Uint8Array | null> {
+async function readFromDisk(address: string, options: ReadOptions): Promise<Uint8Array | null> {
+  const { what, signal, onProgress } = options;
   const { process } = globalThis as { process?: NodeProcess };
   const files = process?.getBuiltinModule?.("node:fs/promises");
   if (!files) return null;
-  const bytes = await files.readFile(new URL(address), signal ? { signal } : {}).catch((cause) => {
+  const failed = (cause: unknown) => {
     signal?.throwIfAborted();
     throw new DynaSkinError("fetch", `Could not read ${what} from ${address}.`, { cause });
-  });
+  };
+  const url = new URL(address);
+  checkSize((await files.stat(url).catch(failed)).size, options);
+  const bytes = await files.readFile(url, signal ? { signal } : {}).catch(failed);
   onProgress?.(bytes.length, bytes.length);
   return bytes;
 }

@@ -1,4 +1,5 @@
 import { execFileSync } from "node:child_process";
+import { createHash } from "node:crypto";
 import { once } from "node:events";
 import { createServer } from "node:http";
 import type { AddressInfo } from "node:net";
@@ -109,6 +110,7 @@ describe("another method's networks", () => {
 
 describe("files that cannot be used", () => {
   const noise = Uint8Array.from({ length: 3000 }, (_, idx) => (idx * 7919) % 251);
+  const bundleText = (bytes: Uint8Array) => new TextDecoder().decode(bytes);
   const half = (bytes: Uint8Array) => bytes.slice(0, bytes.length / 2);
   const spoilHash = (file: BundleFile) => {
     file.sha256 = `${file.sha256.slice(0, -1)}${file.sha256.endsWith("0") ? "1" : "0"}`;
@@ -142,6 +144,81 @@ describe("files that cannot be used", () => {
       );
       expect(unnamed.message).toContain("web page where bundle.json should be. ");
     } finally {
+      server.close();
+    }
+  });
+
+  it.each([
+    "//elsewhere.example/body.glb",
+    "https://elsewhere.example/body.glb",
+    "data:model/gltf-binary,x",
+    "../../../secret",
+    "..\\secret",
+    "file:///etc/hostname",
+    "sub/body.glb",
+    ".hidden",
+    "",
+    "body\n.glb",
+    5,
+    null,
+  ])("a bundle that names %j as its body, before anything is asked for", async (name) => {
+    const bundle = JSON.parse(bundleText(readModelFile("bundle.json")));
+    bundle.body.file = name;
+    const asked: string[] = [];
+    const server = createServer((request, answer) => {
+      asked.push(String(request.url));
+      answer.end(JSON.stringify(bundle));
+    }).listen(0, "127.0.0.1");
+    try {
+      await once(server, "listening");
+      const { port } = server.address() as AddressInfo;
+      const error = await expectError("bundle", () =>
+        load({ model: `http://127.0.0.1:${port}/m` }),
+      );
+      expect(error.message).toMatch(/body\.file is/);
+      expect(asked).toEqual(["/m/bundle.json"]);
+    } finally {
+      server.close();
+    }
+  });
+
+  it("a bundle.json of another hash than the integrity given", async () => {
+    const bytes = readModelFile("bundle.json");
+    const integrity = `sha256-${createHash("sha256").update(bytes).digest("base64")}`;
+    (await load({ model: modelFolder(), integrity })).dispose();
+    const changed = { ...modelFiles(), bundle: new TextEncoder().encode(`${bundleText(bytes)} `) };
+    const error = await expectError("bundle", () => load({ model: changed, integrity }));
+    expect(error.message).toContain(`expected ${integrity}`);
+    for (const odd of ["", "sha256-", "sha512-abc", 5 as unknown as string]) {
+      await expectError("argument", () => load({ model: modelFolder(), integrity: odd }));
+    }
+  });
+
+  it("a bundle.json without end: the download is stopped", async () => {
+    let sent = 0;
+    let isClosed = false;
+    const server = createServer((_request, answer) => {
+      const block = Buffer.alloc(1 << 20, " ");
+      const more = () => {
+        while (!isClosed && sent < 1 << 28) {
+          sent += block.length;
+          if (!answer.write(block)) break;
+        }
+      };
+      answer.on("drain", more);
+      answer.on("close", () => {
+        isClosed = true;
+      });
+      more();
+    }).listen(0, "127.0.0.1");
+    try {
+      await once(server, "listening");
+      const { port } = server.address() as AddressInfo;
+      const error = await expectError("fetch", () => load({ model: `http://127.0.0.1:${port}/m` }));
+      expect(error.message).toMatch(/bundle\.json has 17 MiB; at most 16 MiB are read/);
+      expect(sent).toBeLessThan(1 << 27);
+    } finally {
+      server.closeAllConnections();
       server.close();
     }
   });
