@@ -28,7 +28,8 @@ pub use error::BodyError;
 pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};
 pub use materials::Materials;
 pub use model::{
-    BodyModel, LEAST_THICKNESS_M, SHAPE_COUNT, SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
+    BodyModel, LEAST_THICKNESS_M, MAX_EXTENT_M, MAX_SHAPE_COEFFICIENT, SHAPE_COUNT,
+    SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
 };
 pub use normals::{vertex_normals, vertex_normals_into};
 pub use parts::PARTS;

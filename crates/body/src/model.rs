@@ -2,10 +2,17 @@
 
 use glam::{DMat3, Vec3};
 
-use crate::{JOINT_COUNT, Pose, REGION_COUNT};
+use crate::{JOINT_COUNT, Joint, Pose, REGION_COUNT};
 
 /// Number of shape coefficients β.
 pub const SHAPE_COUNT: usize = 10;
+
+/// Largest magnitude of a shape coefficient: beyond it, linear shapes are no bodies.
+pub const MAX_SHAPE_COEFFICIENT: f32 = 5.0;
+
+/// How far from the origin a vertex or a joint may lie at any shape, in metres. Bodies are a few
+/// metres large; far outside, single precision first gets coarse and then overflows.
+pub const MAX_EXTENT_M: f64 = 100.0;
 
 /// Least thickness of soft tissue in metres: skin and what lies right under it (skin alone is
 /// measured at 1.5-2 mm). The linear thickness of far lean shapes would fall below 0.
@@ -56,6 +63,31 @@ pub struct BodyModel {
     pub colors_srgba: Vec<[u8; 4]>,
 }
 
+/// A part of a [`BodyModel`] that holds places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Template,
+    ShapeDirs,
+    PoseDirs,
+    Joints,
+}
+
+/// What lies where no body is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Misplaced {
+    pub part: Part,
+    /// Which vertex or joint, and how far from the origin.
+    pub place: String,
+}
+
+/// What a place must be instead, for error messages.
+pub(crate) fn expected_extent() -> String {
+    format!(
+        "metres, at most {MAX_EXTENT_M} m from the origin at every shape within \
+         ±{MAX_SHAPE_COEFFICIENT}"
+    )
+}
+
 /// A body at one shape, in the rest pose.
 #[derive(Clone, Debug)]
 pub struct ShapedBody {
@@ -103,6 +135,56 @@ impl BodyModel {
             joints_m,
             thickness_m,
         }
+    }
+
+    /// What lies outside [`MAX_EXTENT_M`] at some shape within [`MAX_SHAPE_COEFFICIENT`], or is moved
+    /// that far by one pose corrective; none in a sound body.
+    pub(crate) fn misplaced(&self) -> Option<Misplaced> {
+        // Written so that what is not a number counts as outside.
+        let is_outside = |reach_m: f64| !matches!(reach_m, 0.0..=MAX_EXTENT_M);
+        let length_m = |place: Vec3| place.as_dvec3().length();
+        let reach_m = |template: Vec3, dirs: &mut dyn Iterator<Item = Vec3>| {
+            length_m(template) + f64::from(MAX_SHAPE_COEFFICIENT) * dirs.map(length_m).sum::<f64>()
+        };
+        let found = |part, what: String, reach_m: f64| {
+            is_outside(reach_m).then(|| Misplaced {
+                part,
+                place: format!("{what} at up to {reach_m:.0} m"),
+            })
+        };
+        let vertices = self.template_m.iter().enumerate();
+        let in_template = vertices.clone().find_map(|(vertex, place)| {
+            let what = format!("vertex {vertex}");
+            found(Part::Template, what, length_m(*place))
+        });
+        let in_shape = || {
+            vertices.clone().find_map(|(vertex, place)| {
+                let mut dirs = self.shape_dirs_m.iter().map(|dirs| dirs[vertex]);
+                let what = format!("vertex {vertex}");
+                found(Part::ShapeDirs, what, reach_m(*place, &mut dirs))
+            })
+        };
+        let in_pose = || {
+            let dirs = self
+                .pose_dirs_m
+                .iter()
+                .flat_map(|dirs| dirs.iter().enumerate());
+            dirs.map(|(vertex, dir)| (vertex, length_m(*dir)))
+                .find_map(|(vertex, m)| found(Part::PoseDirs, format!("vertex {vertex}"), m))
+        };
+        let in_joints = || {
+            Joint::ALL.into_iter().find_map(|joint| {
+                let idx = joint as usize;
+                let mut dirs = self.joint_shape_dirs_m.iter().map(|dirs| dirs[idx]);
+                let what = format!("joint {}", joint.name());
+                let reach_m = reach_m(self.joint_template_m[idx], &mut dirs);
+                found(Part::Joints, what, reach_m)
+            })
+        };
+        in_template
+            .or_else(in_shape)
+            .or_else(in_pose)
+            .or_else(in_joints)
     }
 
     /// Adds SMPL's pose correctives to rest positions (metres); nothing where the model has none.

@@ -10,6 +10,7 @@ use std::io::Cursor;
 use dynaskin_npz::{Archive, Array, NpzError};
 use glam::{DVec3, Vec3};
 
+use crate::model::{Part, expected_extent};
 use crate::{BodyError, BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT, SkinWeights};
 
 /// Pose corrective fields: nine entries of `R - I` for every joint but the pelvis.
@@ -33,7 +34,7 @@ impl BodyModel {
     ///
     /// # Errors
     /// [`BodyError::Npz`] where the bytes are no such archive or an array is missing, of another
-    /// type or shape, or holds numbers that are no body.
+    /// type or shape, or holds numbers that are no body, such as millimetres.
     pub fn from_smpl_npz(bytes: &[u8]) -> Result<Self, BodyError> {
         let mut file = File(Archive::open(Cursor::new(bytes), MAX_ARRAY_BYTES)?);
         let template = file.0.floats("v_template", &[None, Some(3)])?;
@@ -90,7 +91,7 @@ impl BodyModel {
             joint_shape_dirs_m.push(joint_dirs_m.map(|dir| dir.as_vec3()));
         }
         ground(&mut template_m, &mut joints_m, lowest);
-        Ok(Self {
+        let body = Self {
             name: "smpl".to_owned(),
             template_m: narrow(&template_m),
             faces,
@@ -103,7 +104,19 @@ impl BodyModel {
             thickness_shape_dirs_m: Vec::new(),
             region_weights: Vec::new(),
             colors_srgba: Vec::new(),
-        })
+        };
+        match body.misplaced() {
+            None => Ok(body),
+            Some(misplaced) => {
+                let key = match misplaced.part {
+                    Part::Template => "v_template",
+                    Part::ShapeDirs => "shapedirs",
+                    Part::PoseDirs => "posedirs",
+                    Part::Joints => "J_regressor",
+                };
+                Err(wrong(key, expected_extent(), misplaced.place))
+            }
+        }
     }
 }
 

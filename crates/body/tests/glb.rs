@@ -156,7 +156,23 @@ fn nonsense_in_the_json_is_refused() {
 }
 
 #[test]
-fn a_joint_that_is_not_a_number_is_refused() {
+fn joints_at_no_place_of_a_body_are_refused() {
+    for odd in [f32::NAN, f32::INFINITY, 1e32, -150.0] {
+        let error = BodyModel::from_glb(&with_joint_x_m(odd))
+            .map(|_| ())
+            .unwrap_err();
+        let is_number = odd.is_finite();
+        assert_eq!(
+            error.to_string().contains("joint right_knee"),
+            is_number,
+            "{error}"
+        );
+    }
+    assert!(BodyModel::from_glb(&with_joint_x_m(50.0)).is_ok());
+}
+
+/// The small body with its right knee at that x.
+fn with_joint_x_m(x_m: f32) -> Vec<u8> {
     let needle: Vec<u8> = tetrahedron().joint_template_m[5]
         .to_array()
         .iter()
@@ -164,8 +180,8 @@ fn a_joint_that_is_not_a_number_is_refused() {
         .collect();
     let at = SMALL.windows(12).position(|w| w == needle).unwrap();
     let mut bytes = SMALL.clone();
-    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
-    assert!(BodyModel::from_glb(&bytes).is_err());
+    bytes[at..at + 4].copy_from_slice(&x_m.to_le_bytes());
+    bytes
 }
 
 proptest! {

@@ -301,6 +301,16 @@ fn wrong_arrays_are_named() {
     refused("posedirs", |f| {
         f.poses = Some(filled(&[30, 3, 206], 1, 1.0))
     });
+    // Finite doubles beyond single precision, and millimetres.
+    refused("v_template", |f| f.template.values[4] = 1e300);
+    refused("v_template", |f| {
+        f.template.values.iter_mut().for_each(|x| *x *= 1000.0);
+    });
+    refused("shapedirs", |f| f.shapes.values[7] = -1e39);
+    refused("posedirs", |f| {
+        f.poses.as_mut().unwrap().values[7] = 1e200;
+    });
+    refused("J_regressor", |f| f.regressor.values[40] = 1e32);
     refused("weights", |f| f.weights.values[..24].fill(0.0));
     refused("kintree_table", |f| f.tree.values[5] = 0);
     refused("f", |f| f.faces.values[0] = 30);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices};
+use dynaskin_body::{JOINT_COUNT, MAX_SHAPE_COEFFICIENT, Pose, Region, SHAPE_COUNT, SkinMatrices};
 use glam::{Mat4, Vec3};
 
 use crate::RuntimeError;
@@ -20,9 +20,6 @@ pub const MIN_SCALE: f64 = 0.1;
 
 /// Largest scale of an avatar.
 pub const MAX_SCALE: f64 = 10.0;
-
-/// Largest shape coefficient, in standard deviations either way.
-pub const MAX_SHAPE_COEFFICIENT: f32 = 5.0;
 
 /// What one step did.
 #[derive(Clone, Copy, Debug, PartialEq)]

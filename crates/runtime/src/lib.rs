@@ -41,10 +41,11 @@ mod surface;
 mod timeline;
 mod tissue;
 
-pub use avatar::{Avatar, MAX_SCALE, MAX_SHAPE_COEFFICIENT, MIN_SCALE, StepReport};
+pub use avatar::{Avatar, MAX_SCALE, MIN_SCALE, StepReport};
 pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile};
 pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, RegionControls};
 pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
+pub use dynaskin_body::MAX_SHAPE_COEFFICIENT;
 pub use error::{Network, RuntimeError};
 pub use model::Model;
 pub use networks::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};

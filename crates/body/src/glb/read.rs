@@ -7,6 +7,7 @@ use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 
 use super::{EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
+use crate::model::expected_extent;
 use crate::{BodyError, BodyModel, JOINT_COUNT, REGION_COUNT, SHAPE_COUNT, SkinWeights};
 
 /// More vertices or faces than any body of ours, so that sizes stay within 16-bit indices.
@@ -115,7 +116,7 @@ impl BodyReader<'_> {
             Some(accessor) => self.region_weights(accessor, n_vertices)?,
             None => Vec::new(),
         };
-        Ok(BodyModel {
+        let body = BodyModel {
             name: extras.name,
             template_m,
             faces,
@@ -131,7 +132,11 @@ impl BodyReader<'_> {
             thickness_shape_dirs_m,
             region_weights,
             colors_srgba,
-        })
+        };
+        match body.misplaced() {
+            None => Ok(body),
+            Some(misplaced) => Err(bad(misplaced.place, expected_extent())),
+        }
     }
 
     fn steps(&self, index: usize, count: Option<usize>) -> Result<Vec<Vec3>, BodyError> {
