@@ -36,5 +36,6 @@ fn main() -> anyhow::Result<()> {
         Command::FitCheck(args) => commands::fit_check::run(&args),
         Command::Train(args) => commands::train::run(&args),
         Command::Evaluate(args) => commands::evaluate::run(&args),
-    }
+    }?;
+    commands::check_printed()
 }

@@ -157,6 +157,33 @@ fn clips_of_another_body_and_earlier_runs_are_not_replaced() {
     );
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn results_that_cannot_be_printed_are_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = female_body();
+    let arguments = [
+        "simulate",
+        "--procedural",
+        "--plan",
+        "--shapes",
+        "1",
+        "--out",
+    ];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dynaskin"));
+    command
+        .args(arguments)
+        .arg(folder.path())
+        .arg("--body")
+        .arg(&body);
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = command.stdout(full).output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("could not be printed"), "{error}");
+    assert!(!error.contains("panicked"), "{error}");
+}
+
 #[test]
 fn what_is_missing_is_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,6 +4,7 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -147,6 +148,80 @@ fn every_method_trains_and_gives_a_bundle_that_plays() {
         let ratio = measured["soft"]["ratio"].as_f64().unwrap_or(f64::NAN);
         assert!(ratio.is_finite() && ratio > 0.0, "{method:?}: {ratio}");
     }
+}
+
+/// Names and contents of a folder's files.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let entries = entries.filter(|entry| entry.path().is_file());
+    entries
+        .map(|entry| {
+            let name = entry.file_name().into_string().unwrap();
+            (name, fs::read(entry.path()).unwrap())
+        })
+        .collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_the_bundle_that_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("bundle");
+    let body = body_of("female");
+    let train = |seed: &'static str| {
+        let mut arguments = vec!["train", "dmpl", "--seed", seed, "--data"];
+        arguments.extend([data().to_str().unwrap(), "--body", &body]);
+        arguments.extend(["--out", out.to_str().unwrap()]);
+        arguments
+            .iter()
+            .map(|text| (*text).to_owned())
+            .collect::<Vec<_>>()
+    };
+    let first = train("1");
+    let first: Vec<&str> = first.iter().map(String::as_str).collect();
+    assert!(
+        dynaskin(&[&first[..], &["--components", "20"]].concat())
+            .status
+            .success()
+    );
+    let before = contents(&out);
+    assert!(before.contains_key("bundle.json") && before.contains_key("body.glb"));
+    let sizes = ["predictor.onnx", "decoder.onnx"].map(|name| before[name].len());
+    // Files may have as many bytes as the smaller network: the other does not fit, as on a full disk.
+    let blocks = sizes.into_iter().min().unwrap() / 512 + 8;
+    assert!(sizes.into_iter().max().unwrap() / 512 > blocks, "{sizes:?}");
+    let output = Command::new("sh")
+        .arg("-c")
+        .arg(format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\""))
+        .arg("sh")
+        .arg(env!("CARGO_BIN_EXE_dynaskin"))
+        .args(train("2"))
+        .args(["--components", "18"])
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success(), "it fitted");
+    assert!(error.contains(".onnx: writing failed"), "{error}");
+    assert!(contents(&out) == before, "files changed");
+}
+
+#[test]
+fn a_second_training_in_the_same_folder_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let _first = dynaskin_files::FolderLock::take(folder.path()).unwrap();
+    let out = folder.path().to_str().unwrap();
+    let data = data().to_str().unwrap();
+    let error = refused(&[
+        "train",
+        "dmpl",
+        "--data",
+        data,
+        "--body",
+        &body_of("female"),
+        "--out",
+        out,
+    ]);
+    assert!(error.contains("in use by another run"), "{error}");
 }
 
 #[test]

@@ -17,6 +17,8 @@ use dynaskin_train::{Networks, Split};
 const BODY_FILE: &str = "body.glb";
 const PREDICTOR_FILE: &str = "predictor.onnx";
 const DECODER_FILE: &str = "decoder.onnx";
+const CARD_FILE: &str = "MODEL_CARD.md";
+const BUNDLE_FILE: &str = "bundle.json";
 const LICENCE: &str = "MIT OR Apache-2.0";
 
 /// How a model came to be, as it stands under `training` in `bundle.json`.
@@ -69,10 +71,12 @@ pub struct BundleParts<'a> {
     pub training: &'a TrainingFacts,
 }
 
-/// Writes the files of a bundle, measured by `report`, into the folder `dir`.
+/// Writes the files of a bundle, measured by `report`, into the folder `dir`. All are written aside
+/// before the first is put in its place, and `bundle.json` comes last: a full disk leaves an earlier
+/// bundle as it was.
 ///
 /// # Errors
-/// [`TrainError::Io`], [`TrainError::Runtime`] for numbers that JSON cannot hold.
+/// [`TrainError::Io`], [`TrainError::File`], [`TrainError::Runtime`] for numbers that JSON cannot hold.
 pub fn write_bundle(
     dir: &Path,
     parts: &BundleParts<'_>,
@@ -80,12 +84,6 @@ pub fn write_bundle(
 ) -> Result<(), TrainError> {
     fs::create_dir_all(dir).map_err(TrainError::io(dir, "making the folder"))?;
     let networks = parts.networks;
-    let body = dir.join(BODY_FILE);
-    if parts.with_body && fs::read(&body).ok().as_deref() != Some(parts.body_glb) {
-        write(&body, parts.body_glb)?;
-    }
-    write(&dir.join(PREDICTOR_FILE), &networks.predictor_onnx)?;
-    write(&dir.join(DECODER_FILE), &networks.decoder_onnx)?;
     let bundle = Bundle {
         format: BUNDLE_FORMAT.into(),
         version: BUNDLE_VERSION,
@@ -102,13 +100,22 @@ pub fn write_bundle(
         measured: object(report),
         licence: LICENCE.into(),
     };
-    write(&dir.join("bundle.json"), bundle.to_json()?.as_bytes())?;
+    let json = bundle.to_json()?;
     let card = model_card(parts.name, LICENCE, parts.training, report);
-    write(&dir.join("MODEL_CARD.md"), card.as_bytes())
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), TrainError> {
-    fs::write(path, bytes).map_err(TrainError::io(path, "writing"))
+    let mut files: Vec<(&str, &[u8])> = vec![
+        (PREDICTOR_FILE, &networks.predictor_onnx),
+        (DECODER_FILE, &networks.decoder_onnx),
+        (CARD_FILE, card.as_bytes()),
+        (BUNDLE_FILE, json.as_bytes()),
+    ];
+    let has_body = || fs::read(dir.join(BODY_FILE)).ok().as_deref() == Some(parts.body_glb);
+    if parts.with_body && !has_body() {
+        files.insert(0, (BODY_FILE, parts.body_glb));
+    }
+    let paths: Vec<_> = files.iter().map(|(name, _)| dir.join(name)).collect();
+    let files = paths.iter().zip(&files);
+    let files: Vec<(&Path, &[u8])> = files.map(|(path, (_, bytes))| (&**path, *bytes)).collect();
+    Ok(dynaskin_files::replace_all(&files)?)
 }
 
 /// A struct as a JSON object; structs with finite numbers and text keys always are one.

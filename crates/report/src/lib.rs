@@ -4,8 +4,7 @@
 mod picture;
 mod plot;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -32,13 +31,8 @@ pub enum ReportError {
         reason: String,
     },
     /// The file cannot be written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] dynaskin_files::FileError),
 }
 
 /// A report being put together, from top to bottom.
@@ -186,22 +180,9 @@ impl Report {
     /// Writes the page to a file, by way of a temporary one beside it.
     ///
     /// # Errors
-    /// [`ReportError::Io`]; the file is then as it was.
+    /// [`ReportError::File`]; the file is then as it was.
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        let io = |source| ReportError::Io {
-            path: path.to_owned(),
-            source,
-        };
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(".part");
-        let temporary = path.with_file_name(name);
-        fs::write(&temporary, self.html())
-            .and_then(|()| fs::rename(&temporary, path))
-            .map_err(|error| {
-                // The first error is the one to tell, whether or not this works.
-                let _ = fs::remove_file(&temporary);
-                io(error)
-            })
+        Ok(dynaskin_files::replace(path, self.html().as_bytes())?)
     }
 }
 

@@ -160,3 +160,13 @@ pub enum DatasetError {
         reason: String,
     },
 }
+
+impl From<dynaskin_files::FileError> for DatasetError {
+    fn from(error: dynaskin_files::FileError) -> Self {
+        Self::Io {
+            path: error.path,
+            action: error.action,
+            source: error.source,
+        }
+    }
+}

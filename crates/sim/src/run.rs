@@ -91,6 +91,8 @@ pub enum Outcome {
         substeps: u32,
         /// Largest offset in metres among the vertices of each region.
         largest_m: [f32; REGION_COUNT],
+        /// Whether a sound clip of other settings, motion length or seed stood there before.
+        replaced: bool,
     },
     /// A finished file with the same settings was there.
     Kept,

@@ -93,20 +93,29 @@ fn files_depend_on_no_thread_count_and_finished_ones_are_kept() {
     let path = |k: usize| one.path().join(format!("{}.safetensors", names[k]));
     fs::remove_file(path(0)).unwrap();
     fs::write(path(1), b"half a fi").unwrap();
+    let left = one.path().join(".killed.safetensors-1a2b3c.part");
+    fs::write(&left, b"half a fi").unwrap();
     let outcomes = execute_with(2, &first, &jobs);
     for (k, outcome) in outcomes.iter().enumerate() {
         assert_eq!(matches!(outcome, Outcome::Kept), k > 1, "{k}: {outcome:?}");
+        // A damaged clip is made again, which replaces nothing.
+        let replaces = matches!(outcome, Outcome::Written { replaced: true, .. });
+        assert!(!replaces, "{k}: {outcome:?}");
     }
     assert!(
         files(one.path()) == files(two.path()),
         "resuming gives the same files"
     );
+    assert!(!left.exists(), "what a killed run left is gone");
 
     // Other settings make them anew.
     let mut stiffer = run(&body, one.path());
     stiffer.settings.tissues[1].shear_modulus_pa *= 2.0;
     let outcomes = execute_with(2, &stiffer, &jobs[..1]);
-    assert!(matches!(outcomes[0], Outcome::Written { .. }));
+    assert!(matches!(
+        outcomes[0],
+        Outcome::Written { replaced: true, .. }
+    ));
 }
 
 #[test]

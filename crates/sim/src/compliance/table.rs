@@ -1,7 +1,6 @@
 //! The file that tells the compliance of many shapes: `compliance.json` beside the clips.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
@@ -168,20 +167,17 @@ impl ComplianceTable {
         Ok(Some(table))
     }
 
-    /// Writes under a temporary name, then renames, so that a kill leaves no half file.
+    /// Writes the file whole or not at all.
     fn write(&self, path: &Path) -> Result<(), TableError> {
-        let temporary = path.with_extension("json.part");
         let text = serde_json::to_string(self).map_err(|error| TableError::Malformed {
             path: path.to_owned(),
             reason: error.to_string(),
         })?;
-        fs::File::create(&temporary)
-            .and_then(|mut file| {
-                file.write_all(text.as_bytes())?;
-                file.sync_all()
-            })
-            .map_err(io(&temporary, "writing"))?;
-        fs::rename(&temporary, path).map_err(io(path, "renaming"))
+        dynaskin_files::replace(path, text.as_bytes()).map_err(|error| TableError::Io {
+            path: error.path,
+            action: error.action,
+            source: error.source,
+        })
     }
 }
 

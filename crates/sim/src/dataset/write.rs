@@ -1,9 +1,7 @@
 //! Writing a clip file: under a temporary name, then renamed, so that a kill leaves no half file.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use dynaskin_body::REGION_COUNT;
 use serde_json::{Value, json};
@@ -19,28 +17,7 @@ impl ClipData {
     /// [`DatasetError::Io`] if the file cannot be written; `path` is then as it was before.
     pub fn write(&self, path: &Path) -> Result<(), DatasetError> {
         self.check()?;
-        let temporary = temporary_path(path);
-        let io = |action| {
-            let path = temporary.clone();
-            move |source| DatasetError::Io {
-                path,
-                action,
-                source,
-            }
-        };
-        let bytes = self.to_bytes();
-        let result = fs::File::create(&temporary)
-            .map_err(io("creating"))
-            .and_then(|mut file| {
-                file.write_all(&bytes).map_err(io("writing"))?;
-                file.sync_all().map_err(io("writing"))
-            })
-            .and_then(|()| fs::rename(&temporary, path).map_err(io("renaming")));
-        if result.is_err() {
-            // Nothing more can be done if even this fails; the first error is the one to tell.
-            let _ = fs::remove_file(&temporary);
-        }
-        result
+        Ok(dynaskin_files::replace(path, &self.to_bytes())?)
     }
 
     fn check(&self) -> Result<(), DatasetError> {
@@ -160,13 +137,6 @@ impl ClipData {
             "sim": self.sim_json,
         })
     }
-}
-
-/// A sibling of `path`, so that the rename stays within one file system.
-fn temporary_path(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
 }
 
 fn f64_bytes(numbers: impl Iterator<Item = f64>) -> Vec<u8> {

@@ -29,10 +29,12 @@ pub fn execute(
     jobs: &[Job],
     done: impl Fn(&JobReport) + Sync,
 ) -> Result<Vec<JobReport>, RunError> {
-    fs::create_dir_all(&run.out).map_err(|error| RunError::Io {
+    let unusable = |reason: String| RunError::Io {
         path: run.out.clone(),
-        reason: error.to_string(),
-    })?;
+        reason,
+    };
+    fs::create_dir_all(&run.out).map_err(|error| unusable(error.to_string()))?;
+    dynaskin_files::remove_leftovers(&run.out).map_err(|error| unusable(error.to_string()))?;
     Shell::for_body(run.body, &Run::shape(0), &run.settings)?;
     // A full disk fails every clip: once it is known, no more time is spent.
     let disk_full = AtomicBool::new(false);
@@ -77,7 +79,9 @@ fn one(run: &Run<'_>, job: &Job) -> Result<Outcome, RunError> {
         "settings": run.settings,
     })
     .to_string();
-    if let Ok(header) = ClipHeader::read(&path) {
+    let earlier = ClipHeader::read(&path);
+    let replaced = earlier.is_ok();
+    if let Ok(header) = earlier {
         if header.body_sha256 != run.body_sha256 {
             return Err(RunError::OtherBody { path });
         }
@@ -111,6 +115,7 @@ fn one(run: &Run<'_>, job: &Job) -> Result<Outcome, RunError> {
     Ok(Outcome::Written {
         substeps: simulated.substeps,
         largest_m: largest_offsets(run.body, &simulated.data).map(|largest| largest.metres),
+        replaced,
     })
 }
 

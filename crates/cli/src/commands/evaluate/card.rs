@@ -33,8 +33,7 @@ pub fn write(
     let card = fs::read_to_string(&path)
         .with_context(|| format!("cannot read the model card {}", path.display()))?;
     let card = with_section(&card, &section(methods, comparison, costs));
-    fs::write(&path, card)
-        .with_context(|| format!("cannot write the model card {}", path.display()))
+    Ok(dynaskin_files::replace(&path, card.as_bytes())?)
 }
 
 /// Heading, what the table says, and the table.

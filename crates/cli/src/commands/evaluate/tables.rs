@@ -1,9 +1,6 @@
 //! Numbers as CSV files beside the report.
 
-use std::fs;
 use std::path::Path;
-
-use anyhow::Context as _;
 
 /// A CSV file being put together. Its cells are names of methods, regions and clips, which hold
 /// neither commas nor quotes, and numbers.
@@ -38,7 +35,7 @@ impl Csv {
     pub fn write(&self, report: &Path, what: &str) -> anyhow::Result<()> {
         let stem = report.file_stem().unwrap_or_default().to_string_lossy();
         let path = report.with_file_name(format!("{stem}-{what}.csv"));
-        fs::write(&path, &self.text).with_context(|| format!("cannot write {}", path.display()))
+        Ok(dynaskin_files::replace(&path, self.text.as_bytes())?)
     }
 }
 
@@ -53,7 +50,7 @@ mod tests {
         csv.row(&["dmpl"], &[1.5, f64::NAN]);
         let report = folder.path().join("out.html");
         csv.write(&report, "errors").expect("a file");
-        let text = fs::read_to_string(folder.path().join("out-errors.csv")).expect("a file");
+        let text = std::fs::read_to_string(folder.path().join("out-errors.csv")).expect("a file");
         assert_eq!(text, "method,mm,ratio\ndmpl,1.50000,\n");
     }
 }

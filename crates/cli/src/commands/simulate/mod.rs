@@ -319,7 +319,7 @@ fn progress_bar(jobs: &[Job]) -> ProgressBar {
 }
 
 fn summarise(reports: &[JobReport], usual_substeps: u32, elapsed: Duration) -> anyhow::Result<()> {
-    let (mut written, mut kept, mut retried) = (0, 0, 0);
+    let (mut written, mut kept, mut retried, mut replaced) = (0, 0, 0, 0);
     let mut frames = 0;
     let mut failed = Vec::new();
     let mut largest: [(f32, &str); REGION_COUNT] = [(0.0, ""); REGION_COUNT];
@@ -330,10 +330,12 @@ fn summarise(reports: &[JobReport], usual_substeps: u32, elapsed: Duration) -> a
             Outcome::Written {
                 substeps,
                 largest_m,
+                replaced: has_replaced,
             } => {
                 written += 1;
                 frames += report.frames;
                 retried += usize::from(*substeps > usual_substeps);
+                replaced += usize::from(*has_replaced);
                 for (most, got) in largest.iter_mut().zip(largest_m) {
                     if *got > most.0 {
                         *most = (*got, &report.name);
@@ -349,6 +351,12 @@ fn summarise(reports: &[JobReport], usual_substeps: u32, elapsed: Duration) -> a
         frames as f64 / seconds.max(1e-3),
         failed.len()
     );
+    if replaced > 0 {
+        let _ = writeln!(
+            text,
+            "{replaced} of those written replaced clips of other settings, lengths or seeds"
+        );
+    }
     if written > 0 {
         text.push_str("largest offset:\n");
         for (region, (metres, clip)) in Region::ALL.iter().zip(largest) {

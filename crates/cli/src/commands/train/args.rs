@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
+use dynaskin_files::FolderLock;
 use dynaskin_train::{Compute, TrainConfig};
 
 /// What every method needs.
@@ -63,15 +64,22 @@ impl EpochArgs {
         folder.unwrap_or_else(|| out.join("checkpoint"))
     }
 
-    /// Refuses to begin anew where `folder` holds a run, unless told so.
-    pub fn refuse_to_overwrite(&self, folder: &Path, holds_run: bool) -> anyhow::Result<()> {
-        if holds_run && !self.resume && !self.restart {
+    /// Takes the folder of the training state for this run. Refuses to begin anew where it holds a
+    /// run, unless told so, and where another process trains in it.
+    pub fn claim(
+        &self,
+        folder: &Path,
+        holds_run: impl FnOnce() -> bool,
+    ) -> anyhow::Result<FolderLock> {
+        let lock = FolderLock::take(folder)?;
+        if holds_run() && !self.resume && !self.restart {
             bail!(
                 "{} holds an earlier run: --resume goes on with it, --restart forgets it",
                 folder.display()
             );
         }
-        Ok(())
+        dynaskin_files::remove_leftovers(folder)?;
+        Ok(lock)
     }
 }
 

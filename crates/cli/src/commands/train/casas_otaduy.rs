@@ -108,7 +108,7 @@ pub fn train(
         data: &input.data_set.fingerprint(),
         resume: args.epochs.resume,
     };
-    args.epochs.refuse_to_overwrite(&path, folder.holds_run())?;
+    let _lock = args.epochs.claim(&path, || folder.holds_run())?;
     let (mut bar, mut start, mut seen) = (None, Instant::now(), ("", 0));
     let mut progress = |progress: CasasOtaduyProgress<'_>| match progress {
         CasasOtaduyProgress::Clips { done, all } => {
@@ -165,7 +165,7 @@ pub fn train(
             }
         }
         std::fs::create_dir_all(&args.common.out)?;
-        std::fs::write(args.common.out.join("subspaces.csv"), csv)?;
+        dynaskin_files::replace(&args.common.out.join("subspaces.csv"), csv.as_bytes())?;
     }
     Ok(trained)
 }

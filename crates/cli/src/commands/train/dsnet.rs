@@ -71,8 +71,8 @@ pub fn train(
 ) -> anyhow::Result<(Networks, f64)> {
     let config = config(args, shape_input);
     let folder = args.epochs.checkpoint_folder(&args.common.out);
-    args.epochs
-        .refuse_to_overwrite(&folder, folder.join("autoencoder").exists())?;
+    let holds_run = || folder.join("autoencoder").exists();
+    let _lock = args.epochs.claim(&folder, holds_run)?;
     let bar = clip_bar("reading clips");
     let mut clock = Clock::default();
     let progress = &mut |progress: Progress<'_>| match progress {

@@ -85,8 +85,7 @@ pub fn train(args: &DynaskinArgs, input: TrainingInput<'_>) -> anyhow::Result<(N
     config.check()?;
     let folder = args.epochs.checkpoint_folder(&args.common.out);
     let checkpoint = Checkpoint::new(&folder)?.for_data(input.data_set.fingerprint());
-    args.epochs
-        .refuse_to_overwrite(&folder, checkpoint.holds_run())?;
+    let _lock = args.epochs.claim(&folder, || checkpoint.holds_run())?;
 
     let bar = clip_bar("reading clips");
     let prepared = prepare(input.data_set, input.body, &config, |done, all| {

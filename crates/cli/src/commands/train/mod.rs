@@ -17,6 +17,7 @@ use clap::{ArgMatches, Args, Command, FromArgMatches, Subcommand};
 use dynaskin_baselines::dsnet::ShapeInput;
 use dynaskin_body::BodyModel;
 use dynaskin_evaluate::{BundleParts, Method, Player, Report, evaluate, write_bundle};
+use dynaskin_files::FolderLock;
 use dynaskin_runtime::BundleFile;
 use dynaskin_train::{Compute, DataSet, EpochRecord, Networks, Set, Split, Tissue, TrainingInput};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -157,6 +158,9 @@ pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
     };
     // A device that is not there should not be found missing after all clips are read.
     input.compute.device()?;
+    // Before hours of training: two runs would leave the files of both in one folder.
+    let _lock = FolderLock::take(&common.out)?;
+    dynaskin_files::remove_leftovers(&common.out)?;
     let (networks, minutes) = command.train(input)?;
 
     let facts = facts(
