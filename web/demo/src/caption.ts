@@ -2,9 +2,9 @@ import type { Bundle } from "dynaskin";
 import { type Training, trainingOf } from "./about.js";
 import { type ActorKind, actorLabel } from "./actors.js";
 import { byId, create } from "./dom.js";
-import type { Shown } from "./lineup.js";
 import { heldOut } from "./measured.js";
 import type { Settings } from "./settings.js";
+import type { Shown } from "./state.js";
 
 /** Where the difference is to be looked for. */
 const WHERE = "Watch chest, belly, buttocks and thighs as the feet land.";
@@ -14,7 +14,7 @@ const WHERE = "Watch chest, belly, buttocks and thighs as the feet land.";
  * are being loaded) learned from and how well; until the visitor has closed it, or numbers take its place.
  */
 export function describeDifference(
-  settings: Settings,
+  settings: Readonly<Settings>,
   shown: readonly Shown[],
   bundle: Bundle | null,
 ): void {
@@ -42,7 +42,7 @@ interface Difference {
   hold: string;
 }
 
-function differenceOf({ layout }: Settings, kinds: readonly ActorKind[]): Difference {
+function differenceOf({ layout }: Readonly<Settings>, kinds: readonly ActorKind[]): Difference {
   const [first = "", second = ""] = kinds;
   if (kinds.length === 1) {
     const hold = first === "linear" ? "" : "Hold its name (A) to see it without its tissue.";

@@ -50,11 +50,11 @@ declare global {
 /** Puts the hook in place. */
 export function installHook(app: App, view: View): void {
   const pause = () => {
-    if (!app.settings.paused) document.getElementById("play")?.click();
+    if (!app.store.state.paused) document.getElementById("play")?.click();
   };
   window.dynaskinDemo = {
     get ready() {
-      return app.isComplete;
+      return app.store.state.isComplete;
     },
     get backend() {
       return view.renderer.backend;
@@ -66,7 +66,7 @@ export function installHook(app: App, view: View): void {
       return app.avatarAt("left");
     },
     get model() {
-      return app.cast?.model ?? null;
+      return app.store.state.cast?.model ?? null;
     },
     get samples() {
       return app.stage.traces.samples;

@@ -1,7 +1,8 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
 import { byId } from "./dom.js";
-import { type Settings, STRENGTH, TISSUE_FACTORS, type TissueProperty } from "./settings.js";
+import { STRENGTH, TISSUE_FACTORS, type TissueProperty } from "./settings.js";
 import { createSlider, fillSliders, type Slider } from "./slider.js";
+import type { PageStore } from "./state.js";
 
 const percent = (value: number) => `${Math.round(value * 100)} %`;
 const times = (octaves: number) => `× ${(2 ** octaves).toFixed(2)}`;
@@ -14,24 +15,19 @@ export function regionLabel(region: RegionName): string {
 
 /** How far the tissue moves, and how much, how stiffly and how damped in each region. */
 export class TissuePanel {
-  readonly #settings: Settings;
-  readonly #changed: () => void;
+  readonly #store: PageStore;
 
-  constructor(settings: Settings, changed: () => void) {
-    this.#settings = settings;
-    this.#changed = changed;
+  constructor(store: PageStore) {
+    this.#store = store;
     const [min, value, max] = STRENGTH;
     const strength = createSlider({
       id: "strength-all",
       label: "Strength",
       ...{ min, max, step: 0.05, value },
       format: percent,
-      onInput: (next) => {
-        settings.strength = next;
-        changed();
-      },
+      onInput: (next) => store.change({ strength: next }),
     });
-    strength.set(settings.strength);
+    strength.set(store.state.strength);
     fillSliders("strength", [strength]);
     byId("tissue-property").addEventListener("change", (event) => {
       this.#showRegions((event.target as HTMLInputElement).value as TissueProperty);
@@ -47,7 +43,6 @@ export class TissuePanel {
   }
 
   #regionSlider(property: TissueProperty, region: RegionName): Slider {
-    const factors = this.#settings.tissue[property];
     const [low, usual, high] = TISSUE_FACTORS[property];
     // Stiffness and damping are told in ratios: half and double are equally far from the usual.
     const inOctaves = property !== "gain";
@@ -60,12 +55,16 @@ export class TissuePanel {
       step: inOctaves ? 0.1 : 0.05,
       value: shown(usual),
       format: inOctaves ? times : percent,
-      onInput: (next) => {
-        factors[region] = inOctaves ? 2 ** next : next;
-        this.#changed();
-      },
+      onInput: (next) => this.#setFactor(property, region, inOctaves ? 2 ** next : next),
     });
-    slider.set(shown(factors[region] ?? usual));
+    slider.set(shown(this.#store.state.tissue[property][region] ?? usual));
     return slider;
+  }
+
+  #setFactor(property: TissueProperty, region: RegionName, factor: number): void {
+    const { tissue } = this.#store.state;
+    this.#store.change({
+      tissue: { ...tissue, [property]: { ...tissue[property], [region]: factor } },
+    });
   }
 }
