@@ -3,6 +3,7 @@
 import { mkdirSync, rmSync } from "node:fs";
 import { join } from "node:path";
 import { buildDemo, buildExamples } from "./build.mjs";
+import { checkDocs } from "./docs.mjs";
 import { ROOT, SDK } from "./lib/paths.mjs";
 import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs";
 import { CargoTally, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
@@ -174,6 +175,7 @@ const STEPS = [
     title: "biome: format and lint",
     work: oneCheck(() => node(bin("@biomejs", "biome", "bin", "biome"), "ci", ...COLOURS, ".")),
   },
+  { name: "docs", title: "Paths and links of the pages", work: oneCheck(checkDocs) },
   { name: "wasm", title: "WebAssembly", work: oneCheck(buildWasm) },
   {
     name: "tsc",
