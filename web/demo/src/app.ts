@@ -24,7 +24,7 @@ import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
 import { showFileProblem, showFileReport } from "./report.js";
-import { type Consequence, SETTING_NAMES, SETTINGS } from "./settings.js";
+import { type Consequence, readSettings, SETTING_NAMES, SETTINGS } from "./settings.js";
 import { Stage } from "./stage.js";
 import {
   aloneOf,
@@ -208,6 +208,28 @@ export class App {
   /** Loads the model of the settings; see {@link Loader.openModel}. */
   openModel(): Promise<void> {
     return this.#loader.openModel();
+  }
+
+  /** Goes on with the settings of a link, but for its graphics, as if the page had begun with them. */
+  async openLink(search: string): Promise<void> {
+    const { backend: _, resolution: __, ...settings } = readSettings(search);
+    const session = {
+      file: null,
+      fileBefore: null,
+      held: null,
+      startSeconds: settings.timeSeconds,
+    };
+    this.store.change({ ...settings, ...session });
+    await this.#loader.following;
+    byId("file-report").hidden = true;
+    this.#changed(() => {
+      this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
+      this.#announce();
+    });
+    this.#view.camera.place = settings.camera && [...settings.camera];
+    wait(this.store, { motion: false, camera: true });
+    this.#panel.showPlaying();
+    this.#goToStart();
   }
 
   /** Plays a motion file; one that cannot be played is explained, and what played goes on. */

@@ -25,6 +25,7 @@ export class BodyPanel {
   #traitSliders: { trait: Trait; slider: Slider }[] = [];
   /** The slider that is being moved and the shape that it began from. */
   #moving: { name: Trait["name"]; from: readonly number[] } | null = null;
+  #isMoving = false;
 
   constructor(store: PageStore) {
     this.#store = store;
@@ -90,7 +91,9 @@ export class BodyPanel {
     if (this.#moving?.name !== trait.name) {
       this.#moving = { name: trait.name, from: this.#store.state.shape };
     }
+    this.#isMoving = true;
     this.#store.change({ shape: withTrait(trait, this.#moving.from, value) });
+    this.#isMoving = false;
   }
 
   #setShape(next: readonly number[]): void {
@@ -101,7 +104,7 @@ export class BodyPanel {
   /** Shows the shape in all sliders but the one that is being moved. */
   #showShape(shape: readonly number[]): void {
     for (const { trait, slider } of this.#traitSliders) {
-      if (trait.name !== this.#moving?.name) slider.set(traitOf(trait, shape));
+      if (!this.#isMoving || trait.name !== this.#moving?.name) slider.set(traitOf(trait, shape));
     }
     this.#coefficients.forEach((slider, idx) => {
       slider.set(shape[idx] ?? 0);

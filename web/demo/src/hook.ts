@@ -31,6 +31,8 @@ export interface DemoHook {
   readonly rounds: number;
   /** The canvas with its camera and renderer. */
   readonly view: View;
+  /** Goes on with the settings of a link (`?motion=hop`), but for its graphics; resolves when they are shown. */
+  open(search: string): Promise<void>;
   /** Pauses, and shows the motion at this moment with the tissue stepped from its beginning. */
   seek(timeSeconds: number): void;
   /** Pauses, and advances by one tick, 1/60 s. */
@@ -84,6 +86,7 @@ export function installHook(app: App, view: View): void {
       return app.playback?.rounds ?? 0;
     },
     view,
+    open: (search) => app.openLink(search),
     seek(timeSeconds) {
       pause();
       app.applyChanges();

@@ -48,6 +48,7 @@ export class Loader {
   readonly #show: (cast: Cast) => void;
   /** The settings that the present actors and clip came from, to go back to. */
   #shown: ActorSettings = pick(USUAL);
+  #following = Promise.resolve();
   /** The body of the latest download. */
   #sex: Settings["sex"];
   /** Stops the latest download of a model, and that of other networks and clips. */
@@ -68,7 +69,12 @@ export class Loader {
 
   /** Goes after the settings: another body, or other actors of the present one. */
   follow(): void {
-    void (this.#store.state.sex === this.#sex ? this.#recast() : this.openModel());
+    this.#following = this.#store.state.sex === this.#sex ? this.#recast() : this.openModel();
+  }
+
+  /** Resolves when what the settings last asked for is on the screen, or has failed. */
+  get following(): Promise<void> {
+    return this.#following;
   }
 
   /**
