@@ -1,10 +1,8 @@
 import { type Avatar, Motion } from "dynaskin";
-import { describeActors } from "./about.js";
-import { actorLabel, nameOf, type Slot } from "./actors.js";
+import { actorLabel, type Slot } from "./actors.js";
 import { Address } from "./address.js";
 import { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
-import { describeDifference } from "./caption.js";
 import { Capture } from "./capture.js";
 import type { Cast } from "./cast.js";
 import { copyText } from "./clipboard.js";
@@ -12,10 +10,10 @@ import { codeFor } from "./code.js";
 import { Comparison } from "./comparison.js";
 import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
+import { type Extent, extentsOf } from "./extent.js";
 import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
 import { jointNames } from "./joint-names.js";
-import { drawLegend, HEAT_SCALES } from "./legend.js";
 import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
 import type { MotionName } from "./motions.js";
@@ -23,38 +21,27 @@ import { Names } from "./names.js";
 import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
+import { showReadings } from "./readings.js";
 import { showFileProblem, showFileReport } from "./report.js";
 import { type Consequence, readSettings, SETTING_NAMES, SETTINGS } from "./settings.js";
 import { Stage } from "./stage.js";
 import {
-  aloneOf,
   bodyCount,
   chooseMotion,
   isDivided,
-  isMoved,
   isPlain,
   leaveClip,
   NOTHING_WAITS,
   type PageStore,
-  showsError,
   wait,
   wantedActors,
 } from "./state.js";
-import { regionLabel } from "./tissue-panel.js";
 import { showError } from "./toast.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
 
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
-
-/** What a body takes of the picture, in CSS pixels from its top left corner. */
-export interface Extent {
-  left: number;
-  right: number;
-  top: number;
-  bottom: number;
-}
 
 /** The page: what follows from the store's values, and the loop that draws. */
 export class App {
@@ -161,9 +148,12 @@ export class App {
         this.#lastFrame = null;
       },
     );
-    this.store.show(() => this.#showHeat());
-    this.store.show(() => this.#showNames());
-    this.store.show(() => this.#describe());
+    showReadings(this.store, {
+      view: this.#view,
+      names: this.#names,
+      wipe: this.#wipe,
+      traces: this.stage.traces,
+    });
   }
 
   #on(read: () => readonly unknown[], work: () => void): void {
@@ -189,20 +179,7 @@ export class App {
   /** Where the bodies are in the picture, as they were last stepped. */
   get bodiesPx(): Extent[] {
     const avatars = this.#playback?.avatars ?? [];
-    const places = this.stage.placesM(avatars.length);
-    return avatars.map((avatar, idx) => {
-      const { positions } = avatar.skinned();
-      const [asideM, aheadM] = places[idx] ?? [0, 0];
-      const [xs, ys]: [number[], number[]] = [[], []];
-      for (let at = 0; at < positions.length; at += 3) {
-        const [x = 0, y = 0, z = 0] = positions.subarray(at, at + 3);
-        const { xPx, yPx } = this.#view.project([x + asideM, y, z + aheadM]);
-        xs.push(xPx);
-        ys.push(yPx);
-      }
-      const [left, right] = [Math.min(...xs), Math.max(...xs)];
-      return { left, right, top: Math.min(...ys), bottom: Math.max(...ys) };
-    });
+    return extentsOf(avatars, this.stage.placesM(avatars.length), this.#view);
   }
 
   /** Loads the model of the settings; see {@link Loader.openModel}. */
@@ -213,13 +190,7 @@ export class App {
   /** Goes on with the settings of a link, but for its graphics, as if the page had begun with them. */
   async openLink(search: string): Promise<void> {
     const { backend: _, resolution: __, ...settings } = readSettings(search);
-    const session = {
-      file: null,
-      fileBefore: null,
-      held: null,
-      startSeconds: settings.timeSeconds,
-    };
-    this.store.change({ ...settings, ...session });
+    this.store.change({ ...settings, file: null, fileBefore: null, held: null });
     await this.#loader.following;
     byId("file-report").hidden = true;
     this.#changed(() => {
@@ -229,7 +200,7 @@ export class App {
     this.#view.camera.place = settings.camera && [...settings.camera];
     wait(this.store, { motion: false, camera: true });
     this.#panel.showPlaying();
-    this.#goToStart();
+    this.#goTo(settings.timeSeconds);
   }
 
   /** Plays a motion file; one that cannot be played is explained, and what played goes on. */
@@ -313,9 +284,14 @@ export class App {
   #goToStart(): void {
     const { startSeconds } = this.store.state;
     this.store.change({ startSeconds: null });
+    this.#goTo(startSeconds);
+  }
+
+  /** Goes to a moment, as far as the motion has it; null: stays. */
+  #goTo(timeSeconds: number | null): void {
     const end = this.#playback?.motion.durationSeconds ?? 0;
-    if (startSeconds === null || !Number.isFinite(end)) return;
-    this.#play((playback) => playback.seek(Math.min(startSeconds, end)));
+    if (timeSeconds === null || !Number.isFinite(end)) return;
+    this.#changed(() => this.#play((playback) => playback.seek(Math.min(timeSeconds, end))));
   }
 
   /** The link's motion; at its usual tempo and height, where the link's do not go together. */
@@ -366,37 +342,6 @@ export class App {
   #retune(): void {
     for (const avatar of this.#playback?.avatars ?? []) this.stage.tune(avatar);
     if (this.#playback?.paused) this.#play((playback) => playback.refresh());
-  }
-
-  #showNames(): void {
-    const { state } = this.store;
-    const { left, right, held, shown } = state;
-    if (shown.length > 0) this.#names.label(isMoved(state));
-    this.#names.setHeld(held, aloneOf(state) !== null);
-    this.#wipe.setNames(nameOf(left, isMoved(state)), nameOf(right, isMoved(state)));
-  }
-
-  #showHeat(): void {
-    const { state } = this.store;
-    const shown = showsError(state) ? "error" : "offset";
-    drawLegend(shown);
-    this.#view.setHeat(state.heat ? HEAT_SCALES[shown].rangeMm : null);
-  }
-
-  #describe(): void {
-    const { state } = this.store;
-    const { truth, cast } = state;
-    const shown = state.isComplete ? state.shown : wantedActors(state);
-    // dynaskin first, whatever stands beside it.
-    const own = (kind: string) => (kind === "dynaskin" ? 0 : 1);
-    describeActors(
-      shown
-        .toSorted((a, b) => own(a.kind) - own(b.kind))
-        .map(({ kind }) => ({ kind, bundle: cast?.bundleOf(kind) ?? null })),
-      truth?.simulatorMethod ?? null,
-    );
-    this.stage.traces.describe(regionLabel(state.region), shown, truth !== null);
-    describeDifference(state, shown, cast?.bundleOf("dynaskin") ?? null);
   }
 
   #applySpeed(): void {

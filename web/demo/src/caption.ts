@@ -28,7 +28,7 @@ export function describeDifference(
     create("strong", { textContent: title }),
     ` ${text} `,
     create("span", { className: "where", textContent: where }),
-    create("span", { className: "hold", textContent: ` ${hold}` }),
+    create("span", { className: "hold" }, [" ", ...hold]),
   );
   byId("caption-learned").textContent = bundle ? learned(bundle) : "Its networks are being loaded.";
 }
@@ -39,19 +39,23 @@ interface Difference {
   text: string;
   /** Where to look; a phone has no room for it. */
   where?: string;
-  hold: string;
+  /** What to hold; keys in an element of their own, because a phone has none. */
+  hold: (string | Node)[];
 }
+
+const keys = (names: string) => create("span", { className: "keys", textContent: ` (${names})` });
 
 function differenceOf({ layout }: Readonly<Settings>, kinds: readonly ActorKind[]): Difference {
   const [first = "", second = ""] = kinds;
   if (kinds.length === 1) {
-    const hold = first === "linear" ? "" : "Hold its name (A) to see it without its tissue.";
+    const hold =
+      first === "linear" ? [] : ["Hold its name", keys("A"), " to see it without its tissue."];
     return { title: `${actorLabel(first)}.`, text: "One body alone.", hold };
   }
   const hold =
     layout === "wipe"
-      ? "Drag the divider, or hold a name (A, B)."
-      : "Hold a name (A, B) to compare.";
+      ? ["Drag the divider, or hold a name", keys("A, B"), "."]
+      : ["Hold a name", keys("A, B"), " to compare."];
   if (kinds.length === 2 && first === "linear" && second === "dynaskin") {
     const text =
       "On the left it only follows the bones; on the right dynaskin lets the soft tissue lag, swing and settle.";

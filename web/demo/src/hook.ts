@@ -1,5 +1,6 @@
 import type { Avatar, Model } from "dynaskin";
-import type { App, Extent } from "./app.js";
+import type { App } from "./app.js";
+import type { Extent } from "./extent.js";
 import type { Sample } from "./traces.js";
 import type { View } from "./view.js";
 
