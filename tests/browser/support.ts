@@ -6,6 +6,9 @@ import { PICTURES } from "./places.js";
 /** What the pages of the tests have; the same as in the configuration. */
 const VIEWPORT = { width: 1000, height: 640 };
 
+/** Pages whose settings {@link openDemo} changes, instead of loading them anew. */
+const reusedPages = new WeakSet<Page>();
+
 /**
  * `test` with one more page: `reused` is the same for all tests of a lane, and {@link openDemo} changes
  * only its settings. For tests that are about the page as it runs: what happens while it loads, or stays
@@ -24,6 +27,7 @@ export const test = base.extend<{ reused: Page }, { lane: { page: Page | null } 
   reused: async ({ lane, browser, baseURL }, use, info) => {
     lane.page ??= await browser.newPage({ viewport: VIEWPORT, ...(baseURL && { baseURL }) });
     const { page } = lane;
+    reusedPages.add(page);
     await use(page);
     page.removeAllListeners("pageerror");
     page.removeAllListeners("request");
@@ -46,8 +50,7 @@ export async function openDemo(page: Page, query = ""): Promise<string[]> {
     resolution: "full",
   });
   for (const [name, value] of new URLSearchParams(query)) settings.set(name, value);
-  if (page.url() === "about:blank" || !(await isReady(page)))
-    return openAddress(page, `/?${settings}`);
+  if (!reusedPages.has(page) || !(await isReady(page))) return openAddress(page, `/?${settings}`);
   return reopen(page, `?${settings}`);
 }
 
