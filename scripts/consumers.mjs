@@ -16,6 +16,7 @@ import {
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { CACHE, MODELS, ROOT, SDK } from "./lib/paths.mjs";
+import { freePorts } from "./lib/ports.mjs";
 import { main, run, say, step } from "./lib/run.mjs";
 import { serve } from "./lib/serve.mjs";
 import { buildSdk, tscProgram } from "./sdk.mjs";
@@ -267,11 +268,11 @@ async function openAll() {
     await open(browser, "webpack, worker", `${files}/webpack-worker.html`);
     await open(browser, "esbuild with dynaskin/inline", `${files}/esbuild.html`);
     await open(browser, "esbuild, worker of its own", `${files}/esbuild-worker.html`);
-    for (const [tool, name, port, config] of [
-      ["Vite 8 dev", "vite", 5194, "vite.config.js"],
-      ["Vite 7 dev", "vite7", 5195, "vite7.config.js"],
+    for (const [tool, name, config] of [
+      ["Vite 8 dev", "vite", "vite.config.js"],
+      ["Vite 7 dev", "vite7", "vite7.config.js"],
     ]) {
-      const dev = await start(viteDev(installed(name), port, config));
+      const dev = await start(viteDev(installed(name), await freePorts(1), config));
       await open(browser, tool, `${dev}/index.html`);
       await open(browser, `${tool}, worker`, `${dev}/worker.html`);
       await openDrawing(browser, `${tool}, renderer`, `${dev}/renderer.html`);

@@ -11,7 +11,10 @@ export async function buildSdk() {
   const dist = join(SDK, "dist");
   rmSync(dist, { recursive: true, force: true });
   writeInlineCore();
-  await run(process.execPath, [tscProgram(), "-p", join(SDK, "tsconfig.json")]);
+  // What stands in the comments is for readers of the declarations; pages need not download it.
+  const tsc = [tscProgram(), "-p", join(SDK, "tsconfig.json")];
+  await run(process.execPath, [...tsc, "--emitDeclarationOnly"]);
+  await run(process.execPath, [...tsc, "--declaration", "false", "--removeComments"]);
   mkdirSync(join(dist, "wasm"), { recursive: true });
   // The glue's own .d.ts files stay behind: the package's types are hand-written.
   for (const name of readdirSync(WASM_OUT)) {

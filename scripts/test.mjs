@@ -3,7 +3,9 @@
 import { mkdirSync, rmSync } from "node:fs";
 import { join } from "node:path";
 import { buildDemo, buildExamples } from "./build.mjs";
+import { checkDocs } from "./docs.mjs";
 import { ROOT, SDK } from "./lib/paths.mjs";
+import { freePorts } from "./lib/ports.mjs";
 import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs";
 import { CargoTally, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
 import { buildSdk, tscProgram } from "./sdk.mjs";
@@ -17,7 +19,7 @@ import {
   findChromium,
   findFirefox,
 } from "./toolchain.mjs";
-import { buildWasm } from "./wasm.mjs";
+import { buildWasm, PUBLISHED, QUICK } from "./wasm.mjs";
 import { weighDemo } from "./weigh.mjs";
 
 const REPORTS = join(ROOT, "test-results");
@@ -25,9 +27,21 @@ const node = (program, ...args) => run(process.execPath, [program, ...args]);
 const COLOURS = process.stdout.isTTY ? [] : ["--colors=off"];
 const bin = (name, ...path) => join(ROOT, "node_modules", name, ...path);
 
-let demo;
-/** The built demo, made by the first step that needs it. */
-const builtDemo = () => (demo ??= buildDemo());
+/** Chosen where most of the tests are to run on another build. */
+const PROFILE = process.env.DYNASKIN_WASM_PROFILE || QUICK;
+
+/** Profiles of the WebAssembly in the SDK, which the steps `wasm` and `tsc` make, and in the demo. */
+const built = { sdk: PROFILE, demo: null };
+
+/** Puts WebAssembly of a profile into the SDK and the demo, where it is not there yet. */
+async function buildOn(profile) {
+  if (built.sdk !== profile) {
+    await buildWasm(profile);
+    await buildSdk();
+  }
+  if (built.demo !== profile) await buildDemo();
+  Object.assign(built, { sdk: profile, demo: profile });
+}
 
 /** A step without tests of its own counts as one: it passed or it failed. */
 const oneCheck = (work) => async () => {
@@ -107,20 +121,40 @@ async function vitest() {
   return vitestResults(report);
 }
 
+/**
+ * The browser tests: all but some on WebAssembly that is built in no time, and those some, which go
+ * through all of the page, on what is published.
+ */
 async function browserTests() {
+  await buildOn(PROFILE);
+  await buildExamples();
+  return playwright("playwright.json", ["--grep-invert", "@published"]);
+}
+
+async function publishedTests() {
+  await buildOn(PUBLISHED);
+  await weighDemo();
+  const results = await playwright("playwright-published.json", ["--grep", "@published"]);
+  return { ...results, passed: (results.passed ?? 0) + 1 };
+}
+
+async function playwright(reportName, chosen) {
   const chromium = findChromium();
   if (!chromium) {
     say("  skipped: the browser tests need Chromium. Install it, or set CHROMIUM to its path.");
     return { skipped: 1, skippedNames: ["browser tests: no Chromium"] };
   }
-  await builtDemo();
-  await buildExamples();
-  const report = join(REPORTS, "playwright.json");
+  const report = join(REPORTS, reportName);
   const args = [
     bin("@playwright", "test", "cli.js"),
     ...["test", "--config", join(ROOT, "tests", "browser", "playwright.config.ts")],
+    ...chosen,
   ];
-  const env = { CHROMIUM: chromium, PLAYWRIGHT_JSON_OUTPUT_FILE: report };
+  const env = {
+    CHROMIUM: chromium,
+    PLAYWRIGHT_JSON_OUTPUT_FILE: report,
+    DYNASKIN_TEST_PORT: `${await freePorts(3)}`,
+  };
   // A WebGPU canvas presents only in a window, so the browser runs under a virtual display.
   const xvfb = which("xvfb-run");
   const [program, ...rest] = xvfb
@@ -137,7 +171,7 @@ async function firefoxTests() {
     say("  skipped: needs Debian's firefox-esr (or FIREFOX, the path of one) and xvfb-run.");
     return { skipped: 1, skippedNames: ["Firefox: not installed, or no virtual display"] };
   }
-  await builtDemo();
+  await buildOn(PUBLISHED);
   const report = join(REPORTS, "firefox.json");
   // Firefox without a window has no WebGL2 in software.
   await run(
@@ -148,7 +182,11 @@ async function firefoxTests() {
       "--reporter=json",
       `--outputFile.json=${report}`,
     ]),
-    { cwd: join(ROOT, "tests", "firefox"), env: { FIREFOX: firefox }, allowFailure: true },
+    {
+      cwd: join(ROOT, "tests", "firefox"),
+      env: { FIREFOX: firefox, DYNASKIN_TEST_PORT: `${await freePorts(1)}` },
+      allowFailure: true,
+    },
   );
   return vitestResults(report);
 }
@@ -174,7 +212,8 @@ const STEPS = [
     title: "biome: format and lint",
     work: oneCheck(() => node(bin("@biomejs", "biome", "bin", "biome"), "ci", ...COLOURS, ".")),
   },
-  { name: "wasm", title: "WebAssembly", work: oneCheck(buildWasm) },
+  { name: "docs", title: "Paths and links of the pages", work: oneCheck(checkDocs) },
+  { name: "wasm", title: "WebAssembly", work: oneCheck(() => buildWasm(PROFILE)) },
   {
     name: "tsc",
     title: "TypeScript",
@@ -187,16 +226,13 @@ const STEPS = [
     }),
   },
   { name: "sdk", title: "vitest on the built SDK", needs: ["wasm", "tsc"], work: vitest },
-  {
-    name: "size",
-    title: "What the demo weighs",
-    needs: ["wasm", "tsc"],
-    work: oneCheck(async () => {
-      await builtDemo();
-      await weighDemo();
-    }),
-  },
   { name: "browser", title: "Browser tests", needs: ["wasm", "tsc"], work: browserTests },
+  {
+    name: "published",
+    title: "What is published: its size, and the page on it",
+    needs: ["wasm", "tsc"],
+    work: publishedTests,
+  },
   { name: "firefox", title: "The demo in Firefox", needs: ["wasm", "tsc"], work: firefoxTests },
 ];
 

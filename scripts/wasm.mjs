@@ -1,6 +1,15 @@
 // Builds the two wasm files and their JavaScript glue into web/sdk/src/wasm.
 import { createHash } from "node:crypto";
-import { existsSync, mkdirSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
+import {
+  copyFileSync,
+  existsSync,
+  mkdirSync,
+  readdirSync,
+  readFileSync,
+  renameSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
 import { join } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
 import { cargoTargetDir, ROOT, SDK } from "./lib/paths.mjs";
@@ -9,11 +18,19 @@ import { ensureWasmBindgen } from "./toolchain.mjs";
 
 export const WASM_OUT = join(SDK, "src", "wasm");
 
-/** `release` builds in a fraction of the time, for work on this machine only. */
-const PROFILE = process.env.DYNASKIN_WASM_PROFILE || "release-wasm";
+/** Cargo's profile of what is published: optimised for size and speed, in minutes. */
+export const PUBLISHED = "release-wasm";
 
-/** Whether the wasm files are those that are published: optimised for size and speed. */
-export const isFullProfile = PROFILE === "release-wasm";
+/** Builds in a fraction of the time: for tests, and for work on this machine. */
+export const QUICK = "release";
+
+/** Says which profile the files in {@link WASM_OUT} are of. */
+const PROFILE_STAMP = join(WASM_OUT, ".profile-stamp");
+
+/** Whether the wasm files in the SDK's sources are those that are published. */
+export function isPublished() {
+  return existsSync(PROFILE_STAMP) && readFileSync(PROFILE_STAMP, "utf8") === PUBLISHED;
+}
 
 /** Two files, so that pages with an engine of their own never download wgpu. */
 export const WASM_FILES = [
@@ -40,45 +57,54 @@ const FEATURES = [
   "--enable-sign-ext",
 ];
 
-/** Builds what changed; the glue and the optimised file are kept when cargo's output is the same. */
-export async function buildWasm() {
+/**
+ * Builds what changed, and puts it into the SDK's sources. Each profile's glue and optimised files are
+ * kept beside cargo's output, for as long as that is the same.
+ */
+export async function buildWasm(profile = process.env.DYNASKIN_WASM_PROFILE || PUBLISHED) {
   const wasmBindgen = await ensureWasmBindgen();
+  const bound = join(cargoTargetDir(), "wasm32-unknown-unknown", profile, "bound");
   for (const file of WASM_FILES) {
-    await cargoBuild(file);
-    await bindAndOptimise(file, wasmBindgen);
+    await cargoBuild(file, profile);
+    await bindAndOptimise(file, profile, bound, wasmBindgen);
   }
+  mkdirSync(WASM_OUT, { recursive: true });
+  for (const name of readdirSync(bound)) {
+    if (!name.endsWith("-stamp")) copyFileSync(join(bound, name), join(WASM_OUT, name));
+  }
+  writeFileSync(PROFILE_STAMP, profile);
 }
 
-async function cargoBuild(file) {
-  say(`  compiling ${file.package} (${PROFILE})`);
+async function cargoBuild(file, profile) {
+  say(`  compiling ${file.package} (${profile})`);
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
-  await run("cargo", [...args, "--profile", PROFILE], {
+  await run("cargo", [...args, "--profile", profile], {
     env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
   });
 }
 
-async function bindAndOptimise(file, wasmBindgen) {
+async function bindAndOptimise(file, profile, folder, wasmBindgen) {
   const compiled = join(
     cargoTargetDir(),
     "wasm32-unknown-unknown",
-    PROFILE,
+    profile,
     `${file.library}.wasm`,
   );
-  const out = join(WASM_OUT, `${file.name}_bg.wasm`);
-  const stamp = join(WASM_OUT, `.${file.name}-stamp`);
+  const out = join(folder, `${file.name}_bg.wasm`);
+  const stamp = join(folder, `.${file.name}-stamp`);
   const key = createHash("sha256")
     .update(readFileSync(compiled))
-    .update([PROFILE, file.optimise, ...FEATURES].join(" "))
+    .update([profile, file.optimise, ...FEATURES].join(" "))
     .digest("hex");
   const fresh = existsSync(stamp) && existsSync(out) && readFileSync(stamp, "utf8") === key;
   if (!fresh) {
-    mkdirSync(WASM_OUT, { recursive: true });
+    mkdirSync(folder, { recursive: true });
     rmSync(stamp, { force: true });
     await run(wasmBindgen, [
       ...[compiled, "--target", "web", "--omit-default-module-path"],
-      ...["--out-dir", WASM_OUT, "--out-name", file.name],
+      ...["--out-dir", folder, "--out-name", file.name],
     ]);
-    if (isFullProfile) await optimise(file, out);
+    if (profile === PUBLISHED) await optimise(file, out);
     writeFileSync(stamp, key);
   }
   say(`  ${file.name}_bg.wasm: ${describeSize(readFileSync(out))}`);

@@ -2,10 +2,10 @@
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { expect, type Page, test } from "@playwright/test";
+import { expect, type Page } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
 import { ROOT } from "./places.js";
-import { openDemo } from "./support.js";
+import { openDemo, test } from "./support.js";
 
 const MALE = join(ROOT, "models", "male");
 const LETTER = Buffer.from("Dear reader, this is no network.".repeat(400));
@@ -56,7 +56,9 @@ const BAD_MODELS: [string, (page: Page) => Promise<unknown>, RegExp][] = [
 ];
 
 for (const [what, prepare, expected] of BAD_MODELS) {
-  test(`${what}: the switch to it is refused, and the old body goes on`, async ({ page }) => {
+  test(`${what}: the switch to it is refused, and the old body goes on`, async ({
+    reused: page,
+  }) => {
     await prepare(page);
     const problems = await openDemo(page);
     const state = () =>

@@ -1,7 +1,7 @@
 // The body dragged by pelvis or chest: with the mouse, the keys, and a finger on a phone.
-import { expect, type Locator, type Page, test } from "@playwright/test";
+import { expect, type Locator, type Page } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
-import { differing, openDemo, picture } from "./support.js";
+import { differing, openDemo, picture, test } from "./support.js";
 
 /** Small, because a page drawn in software moves on by a quarter of a second in each of its slow pictures; tall enough for the panel. */
 test.use({ viewport: { width: 820, height: 600 } });
@@ -38,7 +38,7 @@ async function expectBack(locator: Locator, start: { x: number; y: number }): Pr
     .toBeLessThan(3);
 }
 
-test("the mouse drags pelvis and chest, and the tissue answers", async ({ page }) => {
+test("the mouse drags pelvis and chest, and the tissue answers", async ({ reused: page }) => {
   await openDemo(page, "?clothes=unsupported&paused=1");
   await page.getByRole("combobox", { name: "Motion" }).selectOption({ label: "Moved by hand" });
   await expect(page.locator("#hand-hint")).toBeVisible();
@@ -63,7 +63,7 @@ test("the mouse drags pelvis and chest, and the tissue answers", async ({ page }
   expect(await page.evaluate(() => window.dynaskinDemo?.view.camera.floorM.x)).toBe(0);
 });
 
-test("the arrow keys pull for as long as they are held", async ({ page }) => {
+test("the arrow keys pull for as long as they are held", async ({ reused: page }) => {
   await openDemo(page, "?paused=1");
   await page.keyboard.press("h");
   await expect(ring(page, "Pelvis")).toBeFocused();
@@ -107,7 +107,7 @@ test("a finger drags the body on a phone, and the page does not scroll", async (
   await context.close();
 });
 
-test("the program moves a body by hand, too", async ({ page }) => {
+test("the program moves a body by hand, too", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&motion=by-hand");
   await page.keyboard.press("u");
   const code = await page.locator("#code-text").inputValue();

@@ -1,11 +1,11 @@
 // Two actors under a divider, ground truth, plots, and what a visitor takes along.
 import { readFile } from "node:fs/promises";
-import { expect, type Page, test } from "@playwright/test";
+import { expect, type Page } from "@playwright/test";
 import { parseAst } from "vite";
 import type {} from "../../web/demo/src/hook.js";
 import { fromHalf, SafeTensors } from "../../web/demo/src/safetensors.js";
 import { legendColours, rampPlaces } from "./ramp.js";
-import { differing, openDemo, picture } from "./support.js";
+import { differing, openDemo, picture, test } from "./support.js";
 
 /** Left and right of the divider in the middle of a page 1000 pixels wide, below the names. */
 const LEFT = { x: 0.22, y: 0.32, width: 0.08, height: 0.48 };
@@ -32,7 +32,7 @@ const largestMm = (page: Page, side: "avatar" | "leftAvatar") =>
     return 1000 * largest;
   }, side);
 
-test("two actors share motion and clock under a divider", async ({ page }) => {
+test("two actors share motion and clock under a divider", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&motion=jump&clothes=unsupported");
   await page.evaluate(() => window.dynaskinDemo?.seek(1.85));
   const alone = await picture(page, "compare-alone");
@@ -106,7 +106,7 @@ test("takes actors, clip, heat map, plots and camera from the link", async ({ pa
   expect(page.url()).toContain("camera=1");
 });
 
-test("ground truth is shown, and what each actor misses", async ({ page }) => {
+test("ground truth is shown, and what each actor misses", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&plots=1&view=wipe");
   await page
     .getByRole("combobox", { name: "Motion" })
@@ -152,7 +152,7 @@ test("ground truth is shown, and what each actor misses", async ({ page }) => {
 });
 
 test("the error's heat map: ground truth is all cold, colours lie on the ramp", async ({
-  page,
+  reused: page,
 }) => {
   const query = "?paused=1&view=side&clip=one-leg-hop&left=linear&right=truth";
   await openDemo(page, `${query}&heat=error`);
@@ -186,7 +186,7 @@ test("the error's heat map: ground truth is all cold, colours lie on the ramp", 
   expect(share(linear, (place) => place > 0.3)).toBeGreaterThan(0.03);
 });
 
-test("plots follow the timeline", async ({ page }) => {
+test("plots follow the timeline", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&motion=hop");
   await switchOf(page, "Plots").click();
   const times = () =>
@@ -231,7 +231,7 @@ test("plots follow the timeline", async ({ page }) => {
   });
 });
 
-test("clothes hold the chest, and the caption says so", async ({ page }) => {
+test("clothes hold the chest, and the caption says so", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&motion=hop");
   const gain = () =>
     page.evaluate(() => window.dynaskinDemo?.avatar?.controls.regions.chest.gain ?? 0);
@@ -277,7 +277,7 @@ test("says so where a browser cannot record", async ({ page }) => {
   await expect(page.getByText("This browser cannot record")).toBeVisible();
 });
 
-test("the program has the present settings and parses", async ({ page }) => {
+test("the program has the present settings and parses", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&sex=male&shape=1.5,-0.5&motion=twist&tempo=0.7&height=0.08");
   await page.getByLabel("Strength").fill("1.5");
   await page.keyboard.press("u");

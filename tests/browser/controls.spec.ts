@@ -2,10 +2,10 @@
 // controls that no other spec drives.
 import { readdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
-import { expect, type Page, test } from "@playwright/test";
+import { expect, type Page } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
 import { ROOT } from "./places.js";
-import { dropFile, openDemo } from "./support.js";
+import { dropFile, openDemo, test } from "./support.js";
 
 /** Where each control is driven: a spec, and what stands in it where it is. */
 const DRIVEN: Record<string, [spec: string, text: string]> = {
@@ -137,7 +137,9 @@ const DIALOGS: [open: string, name: string][] = [
   ["Link to this view", "Copy it by hand"],
 ];
 
-test("every dialog closes by its button, by Escape and by a click beside it", async ({ page }) => {
+test("every dialog closes by its button, by Escape and by a click beside it", async ({
+  reused: page,
+}) => {
   await page.addInitScript(() => {
     Object.defineProperty(navigator, "clipboard", { value: undefined });
   });
@@ -178,7 +180,7 @@ test("the benchmark measures again, with the page still meanwhile", async ({ pag
   expect(await times()).not.toEqual(first);
 });
 
-test("third and fourth actor, offset and error, name and joints", async ({ page }) => {
+test("third and fourth actor, offset and error, name and joints", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&view=side&clip=one-leg-hop&heat=error");
   const names = page.locator("#names .name span");
   for (const [label, slot] of [
@@ -213,7 +215,7 @@ for (const [kind, label] of [
   ["casas-otaduy", "Casas & Otaduy (narrow)"],
 ] as const) {
   test(`${label} moves the skin as its networks say, and its caption is honest`, async ({
-    page,
+    reused: page,
   }) => {
     await openDemo(page, "?paused=1&motion=jump&clothes=unsupported");
     await page.getByLabel("Actor", { exact: true }).selectOption({ label });
@@ -237,7 +239,7 @@ for (const [kind, label] of [
 }
 
 for (const name of ["run-in-place", "shake-hips", "one-leg-hop"]) {
-  test(`${name} by formula plays`, async ({ page }) => {
+  test(`${name} by formula plays`, async ({ reused: page }) => {
     const problems = await openDemo(page, "?paused=1");
     await page.getByRole("combobox", { name: "Motion" }).selectOption(name);
     expect(page.url()).toContain(`motion=${name}`);
@@ -258,7 +260,7 @@ for (const name of ["run-in-place", "shake-hips", "one-leg-hop"]) {
 }
 
 test("a slider goes back to its usual value by a double click, and to its ends by keys", async ({
-  page,
+  reused: page,
 }) => {
   await openDemo(page, "?paused=1");
   const strength = page.getByLabel("Strength");
@@ -274,7 +276,7 @@ test("a slider goes back to its usual value by a double click, and to its ends b
 });
 
 test("the caption of the first view says what differs and how well, until it is closed", async ({
-  page,
+  reused: page,
 }) => {
   await openDemo(page, "?paused=1&view=side&motion=jump&caption=1");
   const caption = page.locator("#caption");
@@ -291,7 +293,7 @@ test("the caption of the first view says what differs and how well, until it is 
   expect(page.url()).toContain("caption=0");
 });
 
-test("the picture is described by what it shows", async ({ page }) => {
+test("the picture is described by what it shows", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&view=side&motion=walk");
   const view = page.locator("#view");
   await expect(view).toHaveAttribute(

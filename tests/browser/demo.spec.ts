@@ -1,9 +1,9 @@
 // The demo page with WebGL2, as a visitor uses it.
-import { expect, type Page, test } from "@playwright/test";
+import { expect, type Page } from "@playwright/test";
 import type { RegionName } from "dynaskin";
 import type {} from "../../web/demo/src/hook.js";
 import { legendColours, rampPlaces } from "./ramp.js";
-import { differing, openDemo, picture, STAGE, variation } from "./support.js";
+import { differing, openDemo, picture, STAGE, test, variation } from "./support.js";
 
 const switchOf = (page: Page, name: string) => page.getByRole("switch", { name });
 const timeSeconds = (page: Page) => page.evaluate(() => window.dynaskinDemo?.timeSeconds ?? 0);
@@ -21,7 +21,7 @@ function offsetsOf(page: Page, region: RegionName): Promise<number[]> {
   }, region);
 }
 
-test("draws a body that moves", async ({ page }) => {
+test("draws a body that moves", async ({ reused: page }) => {
   await openDemo(page, "?motion=jumping-jacks");
   expect(await page.evaluate(() => window.dynaskinDemo?.backend)).toBe("webgl2");
   await page.evaluate(() => window.dynaskinDemo?.seek(1));
@@ -32,7 +32,7 @@ test("draws a body that moves", async ({ page }) => {
   expect(differing(early, late)).toBeGreaterThan(0.03);
 });
 
-test("plays by itself and says what it learned from", async ({ page }) => {
+test("plays by itself and says what it learned from", async ({ reused: page }) => {
   await openDemo(page);
   await expect(page.locator("#about-text")).toContainText(/simulated tissue.*never saw.* \d+ %/);
   const before = await timeSeconds(page);
@@ -61,7 +61,7 @@ test("shows the body with plain skinning before the networks are there", async (
   expect(await page.evaluate(() => window.dynaskinDemo?.avatar?.dynamics)).toBe(true);
 });
 
-test("every control does what it says", async ({ page }) => {
+test("every control does what it says", async ({ reused: page }) => {
   // Paused, because a page that draws in software has no time left to answer clicks.
   await openDemo(page, "?paused=1");
   const avatar = <T>(read: (demo: NonNullable<typeof window.dynaskinDemo>) => T) =>
@@ -201,7 +201,7 @@ test("every control does what it says", async ({ page }) => {
   });
 });
 
-test("the heat map paints the offsets in the legend's colours", async ({ page }) => {
+test("the heat map paints the offsets in the legend's colours", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&heat=1&motion=jump&clothes=unsupported");
   // The tick of the first four seconds at which most of the skin is far from plain skinning.
   const peak = await page.evaluate(() => {
@@ -241,7 +241,7 @@ test("the heat map paints the offsets in the legend's colours", async ({ page })
   expect(painted.length / places.length).toBeLessThan(0.6);
 });
 
-test("orbits, zooms and comes back", async ({ page }) => {
+test("orbits, zooms and comes back", async ({ reused: page }) => {
   await openDemo(page, "?paused=1");
   await page.evaluate(() => window.dynaskinDemo?.seek(0.2));
   const camera = () =>

@@ -1,13 +1,13 @@
 // Motion files dropped on the page.
 import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
-import { expect, type Page, test } from "@playwright/test";
+import { expect, type Page } from "@playwright/test";
 import type { RegionName } from "dynaskin";
 import type {} from "../../web/demo/src/hook.js";
 import { hopFile } from "../hop-bvh.js";
 import { hopGlb, hopNpz } from "../hop-files.js";
 import { SHARED } from "./places.js";
-import { differing, dropFile, openDemo, picture } from "./support.js";
+import { differing, dropFile, openDemo, picture, test } from "./support.js";
 
 const REGIONS: RegionName[] = ["chest", "belly", "buttocks", "thighs", "calves", "upper-arms"];
 
@@ -161,7 +161,9 @@ test("a captured jump plays, moves soft tissue and leaves the skull alone", asyn
   });
 });
 
-test("files of other kinds play the same hop: GLB, VRMA and AMASS npz", async ({ page }) => {
+test("files of other kinds play the same hop: GLB, VRMA and AMASS npz", async ({
+  reused: page,
+}) => {
   const problems = await openDemo(page);
   const report = page.locator("#file-report");
   /** Heights of the pelvis over its rest pose, at moments of the hop, in metres. */
@@ -195,7 +197,7 @@ test("files of other kinds play the same hop: GLB, VRMA and AMASS npz", async ({
   expect(problems).toEqual([]);
 });
 
-test("a file chosen with the button plays", async ({ page }) => {
+test("a file chosen with the button plays", async ({ reused: page }) => {
   await openDemo(page);
   const chooser = page.waitForEvent("filechooser");
   await page.getByRole("button", { name: "Open a motion file" }).click();
@@ -227,7 +229,7 @@ const BAD_FILES: [string, string | Uint8Array, RegExp][] = [
   ["far-later.bvh", farAway(20), /frame \d+: the body is .* m from where it starts/],
 ];
 for (const [name, text, expected] of BAD_FILES) {
-  test(`${name} is refused with a reason, and the avatar goes on`, async ({ page }) => {
+  test(`${name} is refused with a reason, and the avatar goes on`, async ({ reused: page }) => {
     const problems = await openDemo(page);
     await dropFile(page, name, text);
     await expect(page.getByRole("alert")).toContainText(`${name} cannot be played`);
@@ -254,7 +256,7 @@ function refuseNextPose(page: Page): Promise<void> {
   });
 }
 
-test("a pose that is refused brings back what played before", async ({ page }) => {
+test("a pose that is refused brings back what played before", async ({ reused: page }) => {
   const problems = await openDemo(page, "?paused=1");
   const playing = page.locator("#now-playing");
   const list = page.getByRole("combobox", { name: "Motion" });

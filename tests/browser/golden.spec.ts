@@ -3,7 +3,9 @@ import { expect, test } from "@playwright/test";
 import { REPOSITORY_URL } from "./places.js";
 
 for (const name of ["female", "male"]) {
-  test(`${name} hops as the native runtime makes it hop`, async ({ page }) => {
+  test(`${name} hops as the native runtime makes it hop`, { tag: "@published" }, async ({
+    page,
+  }) => {
     await page.goto(`${REPOSITORY_URL}/blank`);
     const { largestUm, worstUm, frames } = await page.evaluate(async (name) => {
       const [sdk, { replay }] = await Promise.all([

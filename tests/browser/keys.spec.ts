@@ -1,7 +1,7 @@
 // The keyboard from wherever the focus is, and what is held down to compare.
-import { expect, type Page, test } from "@playwright/test";
+import { expect, type Page } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
-import { differing, openDemo, picture, STAGE } from "./support.js";
+import { differing, openDemo, picture, STAGE, test } from "./support.js";
 
 const PAUSED = "?paused=1&motion=jump&clothes=unsupported";
 const seek = (page: Page) => page.evaluate(() => window.dynaskinDemo?.seek(1.85));
@@ -10,7 +10,7 @@ const isOn = (page: Page, id: string) =>
   page.locator(`#${id}`).evaluate((element) => element.getAttribute("aria-checked") === "true");
 
 test("shortcuts work after any radio was clicked, and radios keep their own keys", async ({
-  page,
+  reused: page,
 }) => {
   await openDemo(page, PAUSED);
   for (const name of ["Divider", "Sportswear", "Female", "One"]) {
@@ -31,7 +31,7 @@ test("shortcuts work after any radio was clicked, and radios keep their own keys
   await expect(page.getByLabel("Shape 10")).toBeHidden();
 });
 
-test("a list jumps to what is typed, which is no shortcut there", async ({ page }) => {
+test("a list jumps to what is typed, which is no shortcut there", async ({ reused: page }) => {
   await openDemo(page, PAUSED);
   await page.getByRole("combobox", { name: "Motion" }).focus();
   await page.keyboard.press("m");
@@ -41,7 +41,7 @@ test("a list jumps to what is typed, which is no shortcut there", async ({ page 
   expect(await isOn(page, "heat")).toBe(true);
 });
 
-test("every key of the list does what it says", async ({ page }) => {
+test("every key of the list does what it says", async ({ reused: page }) => {
   await openDemo(page, PAUSED);
   const layout = () => page.locator("input[name=layout]:checked").inputValue();
   for (const next of ["wipe", "side", "one"]) {
@@ -81,7 +81,7 @@ test("every key of the list does what it says", async ({ page }) => {
   await expect(page.locator("#legend")).toBeHidden();
 });
 
-test("the picture's own keys and gestures move the camera", async ({ page }) => {
+test("the picture's own keys and gestures move the camera", async ({ reused: page }) => {
   await openDemo(page, "?paused=1");
   const camera = () =>
     page.evaluate(() => {
@@ -118,7 +118,7 @@ test("the picture's own keys and gestures move the camera", async ({ page }) => 
   expect(await camera()).toEqual(start);
 });
 
-test("A and B show one actor in every layout, by key and by name", async ({ page }) => {
+test("A and B show one actor in every layout, by key and by name", async ({ reused: page }) => {
   await openDemo(page, `${PAUSED}&view=one`);
   const shot = async (name: string) => {
     await page.waitForTimeout(400);
@@ -194,7 +194,7 @@ test("a finger on a name shows that actor alone", async ({ browser }) => {
   await context.close();
 });
 
-test("names say where the tissue is switched off", async ({ page }) => {
+test("names say where the tissue is switched off", async ({ reused: page }) => {
   await openDemo(page, `${PAUSED}&view=side`);
   const names = page.locator("#names .name span");
   await expect(names).toHaveText(["Linear skinning", "dynaskin"]);

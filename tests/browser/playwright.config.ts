@@ -36,8 +36,8 @@ function vitePreview(folder: string, url: string) {
 
 export default defineConfig({
   testDir: ".",
-  // One page at a time: software rendering takes all the cores there are.
-  workers: 1,
+  // Two lanes: while one page draws in software, the other waits for a timer or a file.
+  workers: 2,
   timeout: 300_000,
   expect: { timeout: 30_000 },
   forbidOnly: Boolean(process.env.CI),

@@ -36,7 +36,9 @@ async function servePlainly(): Promise<{ server: Server; url: string; paths: str
   return { server, url: `http://127.0.0.1:${port}${FOLDER}`, paths };
 }
 
-test("the build works from a sub-path of a plain server", async ({ page }) => {
+test("the build works from a sub-path of a plain server", { tag: "@published" }, async ({
+  page,
+}) => {
   const { server, url, paths } = await servePlainly();
   try {
     const problems: string[] = [];

@@ -1,7 +1,43 @@
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
-import { expect, type Page } from "@playwright/test";
+import { test as base, expect, type Page } from "@playwright/test";
 import { PICTURES } from "./places.js";
+
+/** What the pages of the tests have; the same as in the configuration. */
+const VIEWPORT = { width: 1000, height: 640 };
+
+/** Pages whose settings {@link openDemo} changes, instead of loading them anew. */
+const reusedPages = new WeakSet<Page>();
+
+/**
+ * `test` with one more page: `reused` is the same for all tests of a lane, and {@link openDemo} changes
+ * only its settings. For tests that are about the page as it runs: what happens while it loads, or stays
+ * after a test (routes, scripts, media, the window's size) wants a page of its own.
+ */
+export const test = base.extend<{ reused: Page }, { lane: { page: Page | null } }>({
+  lane: [
+    // biome-ignore lint/correctness/noEmptyPattern: Playwright reads names of fixtures from here.
+    async ({}, use) => {
+      const lane: { page: Page | null } = { page: null };
+      await use(lane);
+      await lane.page?.context().close();
+    },
+    { scope: "worker" },
+  ],
+  reused: async ({ lane, browser, baseURL }, use, info) => {
+    lane.page ??= await browser.newPage({ viewport: VIEWPORT, ...(baseURL && { baseURL }) });
+    const { page } = lane;
+    reusedPages.add(page);
+    await use(page);
+    page.removeAllListeners("pageerror");
+    page.removeAllListeners("request");
+    await page.unrouteAll({ behavior: "ignoreErrors" });
+    await page.context().clearPermissions();
+    if (info.status === info.expectedStatus) return;
+    lane.page = null;
+    await page.context().close();
+  },
+});
 
 /**
  * Opens the demo and waits until the avatar plays with its networks: one actor that hops, unless the
@@ -14,7 +50,29 @@ export async function openDemo(page: Page, query = ""): Promise<string[]> {
     resolution: "full",
   });
   for (const [name, value] of new URLSearchParams(query)) settings.set(name, value);
-  return openAddress(page, `/?${settings}`);
+  if (!reusedPages.has(page) || !(await isReady(page))) return openAddress(page, `/?${settings}`);
+  return reopen(page, `?${settings}`);
+}
+
+const isReady = (page: Page) => page.evaluate(() => window.dynaskinDemo?.ready ?? false);
+
+/** Goes on with other settings in a page that is there, and puts away what else a test may have left. */
+async function reopen(page: Page, search: string): Promise<string[]> {
+  const problems: string[] = [];
+  page.on("pageerror", (error) => problems.push(error.message));
+  await page.mouse.move(1, 1);
+  await page.evaluate(async (wanted) => {
+    for (const dialog of document.querySelectorAll("dialog")) dialog.close();
+    for (const details of document.querySelectorAll("details")) details.open = false;
+    for (const toast of document.querySelectorAll(".toast")) toast.remove();
+    document.querySelector<HTMLInputElement>("input[name=tissue-property][value=gain]")?.click();
+    (document.activeElement as HTMLElement | null)?.blur();
+    document.getElementById("panel-body")?.scrollTo(0, 0);
+    scrollTo(0, 0);
+    await window.dynaskinDemo?.open(wanted);
+  }, search);
+  expect(problems).toEqual([]);
+  return problems;
 }
 
 /** The same for any address, as a visitor opens it. */

@@ -4,12 +4,12 @@ import { createServer, type Server } from "node:http";
 import type { AddressInfo } from "node:net";
 import { extname, join } from "node:path";
 import { gzipSync } from "node:zlib";
-import { expect, type Page, test } from "@playwright/test";
+import { expect, type Page } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
 import { hopFile } from "../hop-bvh.js";
 import { hopGlb } from "../hop-files.js";
 import { ROOT } from "./places.js";
-import { dropFile, dropFiles, openAddress, openDemo } from "./support.js";
+import { dropFile, dropFiles, openAddress, openDemo, test } from "./support.js";
 
 const DIST = join(ROOT, "web", "demo", "dist");
 const TYPES: Record<string, string> = {
@@ -237,7 +237,7 @@ test("a clipboard that refuses is no error without an answer", async ({ page }) 
   expect(problems).toEqual([]);
 });
 
-test("notes wait for their turn in a screen reader, errors do not", async ({ page }) => {
+test("notes wait for their turn in a screen reader, errors do not", async ({ reused: page }) => {
   await openDemo(page, "?paused=1");
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
   await page.getByRole("button", { name: "Link to this view" }).click();
@@ -252,7 +252,7 @@ test("notes wait for their turn in a screen reader, errors do not", async ({ pag
   await expect(page.getByRole("alert")).toBeEmpty();
 });
 
-test("a timeline that is dragged jumps once a picture", async ({ page }) => {
+test("a timeline that is dragged jumps once a picture", async ({ reused: page }) => {
   await openDemo(page, "?paused=1&view=side&left=dsnet");
   const counted = await page.evaluate(async () => {
     const demo = window.dynaskinDemo;
@@ -286,7 +286,7 @@ test("a timeline that is dragged jumps once a picture", async ({ page }) => {
 });
 
 test("of several files the first is played, and the page says so; none leaves the computer", async ({
-  page,
+  reused: page,
 }) => {
   await openDemo(page, "?paused=1");
   const asked: string[] = [];
@@ -305,7 +305,7 @@ test("of several files the first is played, and the page says so; none leaves th
   expect(asked.filter((url) => !url.startsWith("data:") && !url.startsWith("blob:"))).toEqual([]);
 });
 
-test("a refused file shows which joints it has", async ({ page }) => {
+test("a refused file shows which joints it has", async ({ reused: page }) => {
   await openDemo(page, "?paused=1");
   const report = page.locator("#file-report");
   const stranger = hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box");

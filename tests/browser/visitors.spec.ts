@@ -3,15 +3,15 @@ import { readdirSync } from "node:fs";
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import AxeBuilder from "@axe-core/playwright";
-import { expect, test } from "@playwright/test";
+import { expect } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
 import { ROOT } from "./places.js";
-import { openAddress, openDemo, picture, variation } from "./support.js";
+import { openAddress, openDemo, picture, test, variation } from "./support.js";
 
 const METHODS = readdirSync(join(ROOT, "models", "female", "methods"));
 
 test("the benchmark lists every method that there is, with time, size and error", async ({
-  page,
+  reused: page,
 }) => {
   await openDemo(page, "?paused=1");
   await page.getByRole("button", { name: "Run the benchmark on my machine" }).click();
@@ -54,7 +54,7 @@ test("the benchmark lists every method that there is, with time, size and error"
   await expect(dialog).toBeHidden();
 });
 
-test("a benchmark that is closed stops, and the page goes on", async ({ page }) => {
+test("a benchmark that is closed stops, and the page goes on", async ({ reused: page }) => {
   await openDemo(page);
   await page.keyboard.press("k");
   await expect(page.locator("#benchmark-note")).toContainText("…");

@@ -15,7 +15,7 @@ function weigh(budget: Record<string, number>): { status: number | null; said: s
   const { status, stdout, stderr } = spawnSync(
     process.execPath,
     [join(ROOT, "scripts", "weigh.mjs"), DIST, file],
-    { encoding: "utf8", env: { ...process.env, DYNASKIN_WASM_PROFILE: "release-wasm" } },
+    { encoding: "utf8" },
   );
   return { status, said: stdout + stderr };
 }

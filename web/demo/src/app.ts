@@ -1,10 +1,8 @@
 import { type Avatar, Motion } from "dynaskin";
-import { describeActors } from "./about.js";
-import { actorLabel, nameOf } from "./actors.js";
+import { actorLabel, type Slot } from "./actors.js";
 import { Address } from "./address.js";
 import { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
-import { describeDifference } from "./caption.js";
 import { Capture } from "./capture.js";
 import type { Cast } from "./cast.js";
 import { copyText } from "./clipboard.js";
@@ -12,165 +10,154 @@ import { codeFor } from "./code.js";
 import { Comparison } from "./comparison.js";
 import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
+import { type Extent, extentsOf } from "./extent.js";
 import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
 import { jointNames } from "./joint-names.js";
-import { drawLegend, HEAT_SCALES } from "./legend.js";
-import { addTruth, replaceMissing, type Shown, shownActors } from "./lineup.js";
 import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
+import type { MotionName } from "./motions.js";
 import { Names } from "./names.js";
-import { narrowScreen } from "./narrow.js";
 import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
+import { showReadings } from "./readings.js";
 import { showFileProblem, showFileReport } from "./report.js";
-import { DEFAULTS, type Settings } from "./settings.js";
+import { type Consequence, readSettings, SETTING_NAMES, SETTINGS } from "./settings.js";
 import { Stage } from "./stage.js";
-import { regionLabel } from "./tissue-panel.js";
+import {
+  bodyCount,
+  chooseMotion,
+  isDivided,
+  isPlain,
+  leaveClip,
+  NOTHING_WAITS,
+  type PageStore,
+  wait,
+  wantedActors,
+} from "./state.js";
 import { showError } from "./toast.js";
-import { clipNamesOf } from "./truth.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
 
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
 
-/** What a body takes of the picture, in CSS pixels from its top left corner. */
-export interface Extent {
-  left: number;
-  right: number;
-  top: number;
-  bottom: number;
-}
-
-/** The page: the actors, what they play, and the controls. */
+/** The page: what follows from the store's values, and the loop that draws. */
 export class App {
-  readonly settings: Settings;
+  readonly store: PageStore;
   readonly hud = new Hud();
   readonly stage: Stage;
   readonly #loader: Loader;
   readonly #view: View;
   readonly #program: Program;
   readonly #panel: Panel;
-  readonly #comparison: Comparison;
-  readonly #wipe: Wipe;
   readonly #capture: Capture;
   readonly #handles: Handles;
   readonly #names: Names;
-  /** The moment to begin at; null once it has begun, or from the motion's beginning. */
-  #startSeconds: number | null;
-  #cast: Cast | null = null;
-  /** The actors on the screen, one for each avatar. */
-  #shown: readonly Shown[] = [];
-  #playback: Playback | null = null;
-  /** Whether the motion is to be made anew before the next picture. */
-  #motionIsStale = false;
-  /** The moment to jump to before the next picture; null: none. */
-  #seekSeconds: number | null = null;
-  /** Whether the body may be somewhere else than in the picture before, and the camera goes there at once. */
-  #jumped = false;
-  #isComplete = false;
-  /** Whose key or name is held down. */
-  #held: Shown["slot"] | null = null;
-  #lastFrame: number | null = null;
-  #failed = false;
+  readonly #wipe: Wipe;
   readonly #address: Address;
-  /** Whether nothing is drawn, because something else is being measured. */
-  #still = false;
-  /** Whether the picture is no longer what the settings say; a paused page draws only then. */
-  #stale = true;
+  #playback: Playback | null = null;
+  /** When the frame before began; null where the time since then does not count. */
+  #lastFrame: number | null = null;
+  /** The store's revision that the picture shows. */
+  #drawnRevision = -1;
 
-  constructor(settings: Settings, view: View, loading: LoadingBar) {
-    this.settings = settings;
-    this.#startSeconds = settings.timeSeconds;
+  constructor(store: PageStore, view: View, loading: LoadingBar) {
+    this.store = store;
+    const { state } = store;
     this.#view = view;
-    this.#address = new Address(settings, view.camera);
-    this.#program = new Program(settings);
-    this.stage = new Stage(settings, this.#program);
-    this.#loader = new Loader(settings, this.#program, view, loading, {
-      shown: () => this.#cast,
-      show: (cast) => this.#show(cast),
-      restored: () => this.#changed(() => this.#showSettings()),
-    });
-    if (settings.camera) view.camera.place = settings.camera;
+    this.#program = new Program(store);
+    this.stage = new Stage(store, this.#program);
+    this.#loader = new Loader(store, view, loading, (cast) => this.#show(cast));
+    if (state.camera) view.camera.place = [...state.camera];
     this.hud.setFact("graphics", view.renderer.backend);
     this.hud.setFact("adapter", view.renderer.adapter);
-    this.#wipe = new Wipe(settings.split, {
-      setLeftShare: (share) => {
-        this.#stale = true;
-        view.setLeftShare(share);
-      },
-      setSplit: (split) =>
-        this.#changed(() => {
-          settings.split = split;
-        }),
-      hold: (side) => this.#hold(side),
-    });
-    this.#panel = new Panel(settings, {
-      setSex: () => this.#setSex(),
-      setShape: () => this.#setShape(),
-      setMotion: () => this.#setMotion(),
-      setMotionOptions: () => this.#changed(() => this.#remakeMotion()),
-      setDynamics: () => this.#changed(() => this.#retune()),
-      setHeat: () => this.#changed(() => this.#showHeat()),
-      setHud: () => this.#changed(() => this.#describe()),
-      setSpeed: () => this.#changed(() => this.#applySpeed()),
-      setPaused: () => this.#changed(() => this.#applySpeed()),
-      setTuning: () => this.#changed(() => this.#retune()),
+    this.#wipe = new Wipe(store, (share) => view.setLeftShare(share));
+    const comparison = new Comparison(store);
+    this.#panel = new Panel(store, {
+      play: (motion, clip) => this.#changed(() => this.#playChosen(motion, clip)),
       stepFrame: () => {
         this.applyChanges();
         this.#changed(() => this.#play((playback) => playback.step()));
       },
-      seek: (timeSeconds) => {
-        this.#seekSeconds = timeSeconds;
-        this.#stale = true;
-      },
       resetView: () => view.camera.reset(),
       copyHud: () => void copyText(this.hud.text, "The timings are on the clipboard as text."),
-      hold: (side) => this.#hold(side),
-      nextLayout: () => this.#comparison.nextLayout(),
+      nextLayout: () => comparison.nextLayout(),
       focusBody: () => {
         this.#showHandles(0);
         this.#handles.focus();
       },
     });
-    this.#comparison = new Comparison(settings, {
-      setActors: () => this.#changed(() => void this.#loader.recast()),
-      setClothes: () => this.#changed(() => this.#retune()),
-      setHeatOf: () => this.#changed(() => this.#showHeat()),
-      setPlots: () => this.#changed(() => this.#showPlots()),
-    });
     this.#handles = new Handles(view, () => this.#wake());
     // An actor that is alone is held to see it without its tissue.
     this.#names = new Names(view, (slot) =>
-      this.#hold(slot && settings.layout === "one" ? "left" : slot),
+      store.change({ held: slot && state.shownLayout === "one" ? "left" : slot }),
     );
-    addEventListener("blur", () => this.#hold(null));
-    byId("caption-close").addEventListener("click", () =>
-      this.#changed(() => {
-        settings.caption = false;
-        this.#describe();
-      }),
-    );
-    narrowScreen.addEventListener("change", () => {
-      this.#comparison.show();
-      void this.#loader.recast();
-    });
+    addEventListener("blur", () => store.change({ held: null }));
+    byId("caption-close").addEventListener("click", () => store.change({ caption: false }));
     this.#capture = new Capture(view, () => this.draw(0));
-    bindDialogs(() => codeFor(settings, this.#program.played, this.mainAvatar?.controls ?? null));
-    new BenchmarkDialog({
-      cast: () => this.#cast,
-      setStill: (still) => {
-        this.#still = still;
-        this.#lastFrame = null;
-      },
-    });
-    this.#showHeat();
+    bindDialogs(() => codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null));
+    new BenchmarkDialog(store);
+    this.#follow();
+    this.#address = new Address(store, view.camera);
     document.addEventListener("visibilitychange", () => {
       this.#lastFrame = null;
     });
     requestAnimationFrame((now) => this.#frame(now));
+  }
+
+  /** Does what follows from the store's values: once for all that change together. */
+  #follow(): void {
+    const { state } = this.store;
+    const consequences: Record<Consequence, () => void> = {
+      actors: () => this.#loader.follow(),
+      shape: () => this.#reshape(),
+      motion: () => wait(this.store, { motion: true }),
+      tissue: () => this.#retune(),
+      // Fills the plots with the seconds before.
+      plots: () => this.#play((playback) => playback.seek(playback.timeSeconds)),
+      clock: () => this.#applySpeed(),
+    };
+    for (const [consequence, work] of Object.entries(consequences)) {
+      const names = SETTING_NAMES.filter((name) =>
+        SETTINGS[name].affects?.includes(consequence as Consequence),
+      );
+      this.#on(() => names.map((name) => state[name]), work);
+    }
+    // What a link says of the moment belongs to all the rest that it says.
+    this.#on(
+      () => SETTING_NAMES.map((name) => state[name]),
+      () => {},
+    );
+    this.#on(
+      () => [state.isNarrow],
+      () => this.#loader.follow(),
+    );
+    this.#on(
+      () => [isPlain(state)],
+      () => this.#retune(),
+    );
+    this.#on(
+      () => [bodyCount(state), state.cast],
+      () => state.cast && this.#view.setBodies(state.cast.body, bodyCount(state)),
+    );
+    this.#on(
+      () => [state.isMeasuring],
+      () => {
+        this.#lastFrame = null;
+      },
+    );
+    showReadings(this.store, {
+      view: this.#view,
+      names: this.#names,
+      wipe: this.#wipe,
+      traces: this.stage.traces,
+    });
+  }
+
+  #on(read: () => readonly unknown[], work: () => void): void {
+    this.store.on(read, () => this.#changed(work));
   }
 
   /** What plays, once the body is there. */
@@ -184,38 +171,15 @@ export class App {
   }
 
   /** The avatar at a place of the settings; null where nobody stands there. */
-  avatarAt(slot: Shown["slot"]): Avatar | null {
-    const idx = this.#shown.findIndex((actor) => actor.slot === slot);
+  avatarAt(slot: Slot): Avatar | null {
+    const idx = this.store.state.shown.findIndex((actor) => actor.slot === slot);
     return this.#playback?.avatars[idx] ?? null;
-  }
-
-  /** The body on the screen with its networks, once it is there. */
-  get cast(): Cast | null {
-    return this.#cast;
-  }
-
-  /** Whether the actors, networks and clip that the settings asked for at the start are on the screen. */
-  get isComplete(): boolean {
-    return this.#isComplete;
   }
 
   /** Where the bodies are in the picture, as they were last stepped. */
   get bodiesPx(): Extent[] {
     const avatars = this.#playback?.avatars ?? [];
-    const places = this.stage.placesM(avatars.length);
-    return avatars.map((avatar, idx) => {
-      const { positions } = avatar.skinned();
-      const [asideM, aheadM] = places[idx] ?? [0, 0];
-      const [xs, ys]: [number[], number[]] = [[], []];
-      for (let at = 0; at < positions.length; at += 3) {
-        const [x = 0, y = 0, z = 0] = positions.subarray(at, at + 3);
-        const { xPx, yPx } = this.#view.project([x + asideM, y, z + aheadM]);
-        xs.push(xPx);
-        ys.push(yPx);
-      }
-      const [left, right] = [Math.min(...xs), Math.max(...xs)];
-      return { left, right, top: Math.min(...ys), bottom: Math.max(...ys) };
-    });
+    return extentsOf(avatars, this.stage.placesM(avatars.length), this.#view);
   }
 
   /** Loads the model of the settings; see {@link Loader.openModel}. */
@@ -223,10 +187,20 @@ export class App {
     return this.#loader.openModel();
   }
 
-  #showSettings(): void {
-    this.#panel.show();
-    this.#panel.showPlaying(this.#program.file?.name ?? null);
-    this.#comparison.show();
+  /** Goes on with the settings of a link, but for its graphics, as if the page had begun with them. */
+  async openLink(search: string): Promise<void> {
+    const { backend: _, resolution: __, ...settings } = readSettings(search);
+    this.store.change({ ...settings, file: null, fileBefore: null, held: null });
+    await this.#loader.following;
+    byId("file-report").hidden = true;
+    this.#changed(() => {
+      this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
+      this.#announce();
+    });
+    this.#view.camera.place = settings.camera && [...settings.camera];
+    wait(this.store, { motion: false, camera: true });
+    this.#panel.showPlaying();
+    this.#goTo(settings.timeSeconds);
   }
 
   /** Plays a motion file; one that cannot be played is explained, and what played goes on. */
@@ -241,11 +215,9 @@ export class App {
       const motion = Motion.fromFile(bytes, this.#playback.avatar);
       this.#playback.setMotion(motion);
       this.#program.setFile({ name: file.name, bytes });
-      this.#motionIsStale = false;
-      this.#stale = true;
-      this.#panel.showPlaying(file.name);
+      wait(this.store, { motion: false });
       showFileReport(file.name, motion);
-      this.#leaveClip();
+      leaveClip(this.store);
       this.#announce();
     } catch (error) {
       showFileProblem(file.name, error, await jointNames(file));
@@ -253,42 +225,29 @@ export class App {
     }
   }
 
-  /** Where no clip plays there is no ground truth to show. */
-  #leaveClip(): void {
-    const { settings } = this;
-    if (settings.clip === null && !this.#program.truth) return;
-    settings.clip = null;
-    replaceMissing(settings);
-    settings.heatOf = DEFAULTS.heatOf;
-    this.#comparison.show();
-    this.#changed(() => void this.#loader.recast());
-  }
-
   /** Makes the motion anew and jumps, if controls asked for that: sliders ask more often than pictures. */
   applyChanges(): void {
-    const seconds = this.#seekSeconds;
-    this.#seekSeconds = null;
-    if (this.#motionIsStale) {
-      this.#motionIsStale = false;
+    const { motion, seekSeconds: seconds } = this.store.state.waiting;
+    if (motion) {
+      wait(this.store, { motion: false });
       this.#changed(() => {
         const playback = this.#playback;
         playback?.setAvatars(playback.avatars, this.#program.makeMotion(playback.avatar));
       });
     }
     if (seconds !== null) {
-      this.#jumped = true;
+      wait(this.store, { seekSeconds: null, camera: true });
       this.#changed(() => this.#play((playback) => playback.seek(seconds)));
     }
   }
 
   /** Shows the settings' actors of a cast; the present ones stay if the motion does not suit them. */
   #show(cast: Cast): void {
-    this.#stale = true;
-    this.#jumped = true;
-    this.#hold(null);
-    const { layout } = this.settings;
+    const { store } = this;
+    store.change({ held: null });
+    const { layout, cast: castBefore } = store.state;
     const before = this.#playback?.avatars ?? [];
-    const all = shownActors(this.settings);
+    const all = wantedActors(store.state);
     // A divider needs a second canvas, which is made along with the networks.
     const early = layout === "wipe" && !this.#playback;
     const shown = early ? all.filter(({ slot }) => slot === "right") : all;
@@ -304,35 +263,35 @@ export class App {
       for (const avatar of made) avatar.dispose();
       throw error;
     }
-    this.#motionIsStale = false;
-    this.#shown = shown;
-    this.#view.setBodies(cast.body, this.#bodyCount);
-    for (const avatar of before) avatar.dispose();
-    if (cast !== this.#cast) this.#cast?.dispose();
-    this.#cast = cast;
-    this.#loader.remember(cast.sex);
-    this.#wipe.setOn(layout === "wipe" && shown.length === 2);
     this.#names.set(layout === "wipe" ? [] : shown);
-    this.#showNames();
+    store.change({
+      ...{ cast, shown, shownLayout: layout },
+      waiting: { ...store.state.waiting, motion: false, camera: true },
+    });
+    for (const avatar of before) avatar.dispose();
+    if (cast !== castBefore) castBefore?.dispose();
     const vertices = cast.body.vertexCount.toLocaleString("en");
     this.hud.setFact("vertices", shown.length > 1 ? `${shown.length} × ${vertices}` : vertices);
     this.#applySpeed();
-    this.#showHeat();
-    this.#describe();
     this.hud.clear();
     this.#announce();
     if (!cast.model) return;
-    this.#isComplete = true;
+    store.change({ isComplete: true });
     this.#goToStart();
   }
 
   /** Goes to the moment of the link once the networks are there. */
   #goToStart(): void {
-    const timeSeconds = this.#startSeconds;
-    this.#startSeconds = null;
+    const { startSeconds } = this.store.state;
+    this.store.change({ startSeconds: null });
+    this.#goTo(startSeconds);
+  }
+
+  /** Goes to a moment, as far as the motion has it; null: stays. */
+  #goTo(timeSeconds: number | null): void {
     const end = this.#playback?.motion.durationSeconds ?? 0;
     if (timeSeconds === null || !Number.isFinite(end)) return;
-    this.#play((playback) => playback.seek(Math.min(timeSeconds, end)));
+    this.#changed(() => this.#play((playback) => playback.seek(Math.min(timeSeconds, end))));
   }
 
   /** The link's motion; at its usual tempo and height, where the link's do not go together. */
@@ -340,10 +299,9 @@ export class App {
     try {
       return this.#program.makeMotion(avatar);
     } catch (error) {
-      this.settings.tempoHz = null;
-      this.settings.heightM = null;
+      this.store.change({ tempoHz: null, heightM: null });
       const motion = this.#program.makeMotion(avatar);
-      this.#changed(() => this.#panel.showPlaying(null));
+      this.#panel.showPlaying();
       showError("The motion plays at its usual tempo and height", error);
       return motion;
     }
@@ -355,166 +313,66 @@ export class App {
     try {
       work(this.#playback);
     } catch (error) {
-      if (!this.#program.file) throw error;
+      if (!this.store.state.file) throw error;
       const refused = this.#program.refuseFile();
       this.#playback.setMotion(this.#program.makeMotion(this.#playback.avatar));
-      this.#panel.showPlaying(this.#program.file?.name ?? null);
       this.#announce();
       showFileProblem(refused?.name ?? "", error, []);
       showError(`${refused?.name} cannot be played to its end`, error);
     }
   }
 
-  #setSex(): void {
-    const { settings } = this;
-    if (settings.clip !== null && !clipNamesOf(settings.sex).includes(settings.clip)) {
-      settings.clip = null;
-    }
-    replaceMissing(settings);
-    this.#comparison.show();
-    this.#panel.showPlaying(this.#program.file?.name ?? null);
-    this.#changed(() => void this.#loader.openModel());
+  #playChosen(motion: MotionName, clip: string | null): void {
+    byId("file-report").hidden = true;
+    chooseMotion(this.store, motion, clip);
+    // A clip plays once it is there.
+    wait(this.store, { motion: false });
+    if (clip !== null) return;
+    this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
+    this.#announce();
   }
 
-  #setShape(): void {
-    this.#changed(() => {
-      for (const avatar of this.#playback?.avatars ?? []) avatar.setShape(this.settings.shape);
-      // Longer legs take other steps.
-      this.#remakeMotion();
-    });
-  }
-
-  #setMotion(): void {
-    this.#changed(() => {
-      this.#program.clearFile();
-      byId("file-report").hidden = true;
-      this.#panel.showPlaying(null);
-      const { settings } = this;
-      if (settings.clip !== null) {
-        addTruth(settings);
-        this.#comparison.show();
-        void this.#loader.recast();
-        return;
-      }
-      this.#leaveClip();
-      this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
-      this.#motionIsStale = false;
-      this.#announce();
-    });
-  }
-
-  #remakeMotion(): void {
-    this.#motionIsStale = true;
+  #reshape(): void {
+    for (const avatar of this.#playback?.avatars ?? []) avatar.setShape(this.store.state.shape);
+    // Longer legs take other steps.
+    wait(this.store, { motion: true });
   }
 
   /** Gives the actors what the sliders and switches say. */
   #retune(): void {
-    this.#stale = true;
     for (const avatar of this.#playback?.avatars ?? []) this.stage.tune(avatar);
     if (this.#playback?.paused) this.#play((playback) => playback.refresh());
-    this.#showNames();
-  }
-
-  /** Whether anything moves the skin of the actors that is not part of their motion. */
-  get #isMoved(): boolean {
-    return this.settings.dynamics && this.settings.strength > 0 && !this.stage.plain;
-  }
-
-  #showNames(): void {
-    const { left, right } = this.settings;
-    this.#names.label(this.#isMoved);
-    this.#wipe.setNames(nameOf(left, this.#isMoved), nameOf(right, this.#isMoved));
-  }
-
-  /**
-   * While something is held: under a divider and in a row, shows that actor alone; where there is only
-   * one, the left one is its skin without tissue. Null: all as the settings say.
-   */
-  #hold(slot: Shown["slot"] | null): void {
-    if (slot === this.#held) return;
-    this.#held = slot;
-    this.#stale = true;
-    const { layout } = this.settings;
-    this.#wipe.hold(slot === "left" || slot === "right" ? slot : null);
-    const idx = this.#shown.findIndex((actor) => actor.slot === slot);
-    this.stage.alone = layout === "side" && this.#shown.length > 1 && idx >= 0 ? idx : null;
-    this.#names.setHeld(slot, this.stage.alone !== null);
-    if (this.#cast) this.#view.setBodies(this.#cast.body, this.#bodyCount);
-    const plain = layout === "one" && slot === "left";
-    if (plain === this.stage.plain) return;
-    this.stage.plain = plain;
-    this.#retune();
-  }
-
-  /** How many bodies the picture has side by side. */
-  get #bodyCount(): number {
-    return this.settings.layout === "side" && this.stage.alone === null ? this.#shown.length : 1;
-  }
-
-  #showHeat(): void {
-    const shown = this.stage.showsError ? "error" : "offset";
-    drawLegend(shown);
-    this.#comparison.show();
-    this.#view.setHeat(this.settings.heat ? HEAT_SCALES[shown].rangeMm : null);
-  }
-
-  #showPlots(): void {
-    this.#describe();
-    // Fills the plots with the seconds before.
-    this.#play((playback) => playback.seek(playback.timeSeconds));
-  }
-
-  #describe(): void {
-    const shown = shownActors(this.settings);
-    const truth = this.#program.truth;
-    // dynaskin first, whatever stands beside it.
-    const own = (kind: string) => (kind === "dynaskin" ? 0 : 1);
-    describeActors(
-      shown
-        .toSorted((a, b) => own(a.kind) - own(b.kind))
-        .map(({ kind }) => ({ kind, bundle: this.#cast?.bundleOf(kind) ?? null })),
-      truth?.simulatorMethod ?? null,
-    );
-    this.stage.traces.describe(regionLabel(this.settings.region), shown, truth !== null);
-    describeDifference(this.settings, shown, this.#cast?.bundleOf("dynaskin") ?? null);
   }
 
   #applySpeed(): void {
     if (!this.#playback) return;
-    this.#playback.speed = this.settings.speed;
-    this.#playback.paused = this.settings.paused;
+    this.#playback.speed = this.store.state.speed;
+    this.#playback.paused = this.store.state.paused;
   }
 
   /** Who takes hold of a body that stands still wants it to move. */
   #wake(): void {
-    if (!this.settings.paused) return;
-    this.#changed(() => {
-      this.settings.paused = false;
-      this.#panel.show();
-      this.#applySpeed();
-    });
+    this.store.change({ paused: false });
   }
 
-  /** Carries a change out and puts it into the page's address. */
+  /** Carries a change out, and takes note of the moment at which the motion then stands. */
   #changed(work: () => void): void {
-    this.#stale = true;
+    this.#drawnRevision = -1;
     try {
       work();
     } catch (error) {
       showError("That did not work", error);
     }
     const playback = this.#playback;
-    if (playback) {
-      const stands = playback.paused && Number.isFinite(playback.motion.durationSeconds);
-      this.settings.timeSeconds = stands ? playback.timeSeconds : null;
-    }
-    this.#address.write();
+    if (!playback) return;
+    const stands = playback.paused && Number.isFinite(playback.motion.durationSeconds);
+    this.store.change({ timeSeconds: stands ? playback.timeSeconds : null });
   }
 
   #announce(): void {
-    const playing = `${this.#program.label} · ${this.#cast?.sex} body`;
+    const playing = `${this.#program.label} · ${this.store.state.cast?.sex} body`;
     byId("now-playing").textContent = playing;
-    const actors = this.#shown.map(({ kind }) => actorLabel(kind)).join(", ");
+    const actors = this.store.state.shown.map(({ kind }) => actorLabel(kind)).join(", ");
     byId("view").setAttribute(
       "aria-label",
       `${playing}, moved by: ${actors}. Drag or use the arrow keys to orbit, scroll, pinch or press plus ` +
@@ -526,28 +384,35 @@ export class App {
     requestAnimationFrame((next) => this.#frame(next));
     const elapsed = this.#lastFrame === null ? 0 : now - this.#lastFrame;
     this.#lastFrame = now;
-    if (document.hidden || this.#failed || this.#still) return;
+    const { state } = this.store;
+    if (document.hidden || state.hasFailed || state.isMeasuring) return;
     this.hud.setFact("picture", this.#view.resolution);
     this.hud.show(now);
     this.stage.traces.show(now);
     this.#address.rememberCamera(now);
-    if (this.#playback?.paused && !this.#stale && !this.#view.isStale) return;
+    if (this.#playback?.paused && !this.#isStale && !this.#view.isStale) return;
     if (elapsed > 0) this.hud.addInterval(elapsed);
     try {
       this.draw(elapsed / 1000);
     } catch (error) {
-      this.#failed = true;
+      this.store.change({ hasFailed: true });
       showError("The picture stopped; reload the page to start again", error);
     }
+  }
+
+  /** Whether the picture is no longer what the store says; a paused page draws only then. */
+  get #isStale(): boolean {
+    return this.#drawnRevision !== this.store.revision;
   }
 
   /** Puts what hangs on the bodies where they are in the picture. */
   #showHandles(elapsedSeconds: number): void {
     const motion = this.#playback?.motion;
-    const places = this.stage.placesM(this.#shown.length);
+    const { shown } = this.store.state;
+    const places = this.stage.placesM(shown.length);
     const main = Math.max(
       0,
-      this.#shown.findIndex(({ slot }) => slot === "right"),
+      shown.findIndex(({ slot }) => slot === "right"),
     );
     this.#handles.attach(motion instanceof ByHand ? motion : null);
     this.#handles.show(places[main] ?? [0, 0]);
@@ -558,10 +423,11 @@ export class App {
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
     this.applyChanges();
-    this.#stale = false;
+    const { state } = this.store;
     // Where no frames follow, a camera on its way would stay there.
-    const followSeconds = this.#jumped ? 0 : elapsedSeconds;
-    this.#jumped = false;
+    const followSeconds = state.waiting.camera ? 0 : elapsedSeconds;
+    this.store.change({ waiting: NOTHING_WAITS });
+    this.#drawnRevision = this.store.revision;
     const playback = this.#playback;
     if (playback) {
       this.#play(() => playback.frame(elapsedSeconds));
@@ -571,7 +437,7 @@ export class App {
       this.#view.camera.followBody(x, z, followSeconds);
       this.hud.timed("upload", () => {
         const looks = this.stage.appearances(playback.avatars);
-        const divided = this.settings.layout === "wipe" && looks.length === 2;
+        const divided = isDivided(state);
         this.#view.upload(divided ? looks.slice(1) : looks, (divided && looks[0]) || null);
       });
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);

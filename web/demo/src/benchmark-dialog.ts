@@ -2,24 +2,17 @@ import { BENCHMARK_COLUMNS, type BenchmarkRow, benchmarkText, runBenchmark } fro
 import type { Cast } from "./cast.js";
 import { copyText } from "./clipboard.js";
 import { byId, create } from "./dom.js";
-
-/** What the dialog asks of the page. */
-export interface BenchmarkActions {
-  /** The body on the screen with its networks; null while they are being loaded. */
-  cast(): Cast | null;
-  /** Keeps the picture still meanwhile, or lets it go on: drawing would be measured, too. */
-  setStill(still: boolean): void;
-}
+import type { PageStore } from "./state.js";
 
 /** The overlay that measures all methods on the visitor's machine and shows the table. */
 export class BenchmarkDialog {
-  readonly #actions: BenchmarkActions;
+  readonly #store: PageStore;
   readonly #dialog = byId<HTMLDialogElement>("benchmark-dialog");
   #running: AbortController | null = null;
   #text = "";
 
-  constructor(actions: BenchmarkActions) {
-    this.#actions = actions;
+  constructor(store: PageStore) {
+    this.#store = store;
     byId("benchmark-open").addEventListener("click", () => {
       this.#dialog.showModal();
       void this.#run();
@@ -32,7 +25,7 @@ export class BenchmarkDialog {
   }
 
   async #run(): Promise<void> {
-    const cast = this.#actions.cast();
+    const { cast } = this.#store.state;
     if (!cast?.model) {
       this.#say("The networks are still being loaded. Try again in a moment.");
       return;
@@ -95,7 +88,8 @@ export class BenchmarkDialog {
   }
 
   #setBusy(busy: boolean): void {
-    this.#actions.setStill(busy);
+    // Drawing would be measured, too.
+    this.#store.change({ isMeasuring: busy });
     byId("benchmark-table").setAttribute("aria-busy", `${busy}`);
     for (const id of ["benchmark-again", "benchmark-copy"]) {
       byId<HTMLButtonElement>(id).disabled = busy || (id === "benchmark-copy" && this.#text === "");

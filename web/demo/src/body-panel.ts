@@ -1,14 +1,10 @@
 import traits, { type Trait } from "virtual:traits";
+import { checkRadio } from "./controls.js";
 import { byId } from "./dom.js";
-import { type Settings, SHAPE_LIMIT } from "./settings.js";
+import { SHAPE_LIMIT } from "./settings.js";
 import { createSlider, fillSliders, type Slider } from "./slider.js";
+import { chooseBody, type PageStore } from "./state.js";
 import { traitOf, withTrait } from "./traits.js";
-
-/** What the controls of the body do. Each is called after `settings` has changed. */
-export interface BodyActions {
-  setSex(): void;
-  setShape(): void;
-}
 
 const LABELS: Record<Trait["name"], string> = {
   stature: "Stature",
@@ -24,59 +20,48 @@ const signed = (value: number) =>
 
 /** The choice of a body and of its shape: by what people call it, and by its ten coefficients. */
 export class BodyPanel {
-  readonly #settings: Settings;
-  readonly #actions: BodyActions;
+  readonly #store: PageStore;
+  readonly #coefficients: Slider[];
   #traitSliders: { trait: Trait; slider: Slider }[] = [];
-  #coefficients: Slider[] = [];
-  /** Whose sliders the traits' are. */
-  #sex: Settings["sex"] | null = null;
   /** The slider that is being moved and the shape that it began from. */
   #moving: { name: Trait["name"]; from: readonly number[] } | null = null;
+  #isMoving = false;
 
-  constructor(settings: Settings, actions: BodyActions) {
-    this.#settings = settings;
-    this.#actions = actions;
+  constructor(store: PageStore) {
+    this.#store = store;
+    const { state } = store;
     byId("sex").addEventListener("change", (event) => {
       const { value } = event.target as HTMLInputElement;
-      settings.sex = value === "male" ? "male" : "female";
-      this.show();
-      actions.setSex();
+      chooseBody(store, value === "male" ? "male" : "female");
     });
-    this.#coefficients = settings.shape.map((_, idx) =>
+    this.#coefficients = state.shape.map((_, idx) =>
       createSlider({
         id: `shape-${idx}`,
         label: `Shape ${idx + 1}`,
         ...{ min: -SHAPE_LIMIT, max: SHAPE_LIMIT, step: 0.1, value: 0 },
         format: (beta) => `${signed(beta)} σ`,
-        onInput: (beta) => this.#setShape(settings.shape.with(idx, beta)),
+        onInput: (beta) => this.#setShape(state.shape.with(idx, beta)),
       }),
     );
     fillSliders("shape-coefficients", this.#coefficients);
-    byId("shape-reset").addEventListener("click", () =>
-      this.#setShape(settings.shape.map(() => 0)),
-    );
+    byId("shape-reset").addEventListener("click", () => this.#setShape(state.shape.map(() => 0)));
     byId("shape-random").addEventListener("click", () =>
-      this.#setShape(settings.shape.map(randomNormal)),
+      this.#setShape(state.shape.map(randomNormal)),
     );
-    this.show();
+    this.#makeTraits();
+    store.on(
+      () => [state.sex],
+      () => this.#makeTraits(),
+    );
+    store.show(() => checkRadio("sex", state.sex));
+    store.show(() => this.#showShape(state.shape));
   }
 
-  /** Shows the settings' body. */
-  show(): void {
-    const { sex } = this.#settings;
-    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=sex]")) {
-      input.checked = input.value === sex;
-    }
-    if (sex !== this.#sex) {
-      this.#sex = sex;
-      this.#moving = null;
-      this.#makeTraits();
-    }
-    this.#showShape(null);
-  }
-
+  /** The sliders of a body, whose traits are its own. */
   #makeTraits(): void {
-    const own = traits[this.#settings.sex];
+    this.#moving = null;
+    const { sex, shape } = this.#store.state;
+    const own = traits[sex];
     this.#traitSliders = ORDER.flatMap((name) => own.filter((trait) => trait.name === name)).map(
       (trait) => {
         const [low, high] = trait.range;
@@ -88,7 +73,10 @@ export class BodyPanel {
           onInput: (value) => this.#setTrait(trait, value),
         });
         // The thumb goes back to as far as the coefficients reach.
-        slider.element.addEventListener("change", () => this.#showShape(null));
+        slider.element.addEventListener("change", () =>
+          slider.set(traitOf(trait, this.#store.state.shape)),
+        );
+        slider.set(traitOf(trait, shape));
         return { trait, slider };
       },
     );
@@ -101,31 +89,22 @@ export class BodyPanel {
   /** From the shape at which the slider was taken, so that going back undoes going forth. */
   #setTrait(trait: Trait, value: number): void {
     if (this.#moving?.name !== trait.name) {
-      this.#moving = { name: trait.name, from: [...this.#settings.shape] };
+      this.#moving = { name: trait.name, from: this.#store.state.shape };
     }
-    this.#apply(withTrait(trait, this.#moving.from, value));
-    this.#showShape(trait.name);
-    this.#actions.setShape();
+    this.#isMoving = true;
+    this.#store.change({ shape: withTrait(trait, this.#moving.from, value) });
+    this.#isMoving = false;
   }
 
   #setShape(next: readonly number[]): void {
     this.#moving = null;
-    this.#apply(next);
-    this.#showShape(null);
-    this.#actions.setShape();
-  }
-
-  #apply(next: readonly number[]): void {
-    next.forEach((value, idx) => {
-      this.#settings.shape[idx] = value;
-    });
+    this.#store.change({ shape: next });
   }
 
   /** Shows the shape in all sliders but the one that is being moved. */
-  #showShape(moved: Trait["name"] | null): void {
-    const { shape } = this.#settings;
+  #showShape(shape: readonly number[]): void {
     for (const { trait, slider } of this.#traitSliders) {
-      if (trait.name !== moved) slider.set(traitOf(trait, shape));
+      if (!this.#isMoving || trait.name !== this.#moving?.name) slider.set(traitOf(trait, shape));
     }
     this.#coefficients.forEach((slider, idx) => {
       slider.set(shape[idx] ?? 0);

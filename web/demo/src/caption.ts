@@ -2,9 +2,9 @@ import type { Bundle } from "dynaskin";
 import { type Training, trainingOf } from "./about.js";
 import { type ActorKind, actorLabel } from "./actors.js";
 import { byId, create } from "./dom.js";
-import type { Shown } from "./lineup.js";
 import { heldOut } from "./measured.js";
 import type { Settings } from "./settings.js";
+import type { Shown } from "./state.js";
 
 /** Where the difference is to be looked for. */
 const WHERE = "Watch chest, belly, buttocks and thighs as the feet land.";
@@ -14,7 +14,7 @@ const WHERE = "Watch chest, belly, buttocks and thighs as the feet land.";
  * are being loaded) learned from and how well; until the visitor has closed it, or numbers take its place.
  */
 export function describeDifference(
-  settings: Settings,
+  settings: Readonly<Settings>,
   shown: readonly Shown[],
   bundle: Bundle | null,
 ): void {
@@ -28,7 +28,7 @@ export function describeDifference(
     create("strong", { textContent: title }),
     ` ${text} `,
     create("span", { className: "where", textContent: where }),
-    create("span", { className: "hold", textContent: ` ${hold}` }),
+    create("span", { className: "hold" }, [" ", ...hold]),
   );
   byId("caption-learned").textContent = bundle ? learned(bundle) : "Its networks are being loaded.";
 }
@@ -39,19 +39,23 @@ interface Difference {
   text: string;
   /** Where to look; a phone has no room for it. */
   where?: string;
-  hold: string;
+  /** What to hold; keys in an element of their own, because a phone has none. */
+  hold: (string | Node)[];
 }
 
-function differenceOf({ layout }: Settings, kinds: readonly ActorKind[]): Difference {
+const keys = (names: string) => create("span", { className: "keys", textContent: ` (${names})` });
+
+function differenceOf({ layout }: Readonly<Settings>, kinds: readonly ActorKind[]): Difference {
   const [first = "", second = ""] = kinds;
   if (kinds.length === 1) {
-    const hold = first === "linear" ? "" : "Hold its name (A) to see it without its tissue.";
+    const hold =
+      first === "linear" ? [] : ["Hold its name", keys("A"), " to see it without its tissue."];
     return { title: `${actorLabel(first)}.`, text: "One body alone.", hold };
   }
   const hold =
     layout === "wipe"
-      ? "Drag the divider, or hold a name (A, B)."
-      : "Hold a name (A, B) to compare.";
+      ? ["Drag the divider, or hold a name", keys("A, B"), "."]
+      : ["Hold a name", keys("A, B"), " to compare."];
   if (kinds.length === 2 && first === "linear" && second === "dynaskin") {
     const text =
       "On the left it only follows the bones; on the right dynaskin lets the soft tissue lag, swing and settle.";

@@ -16,7 +16,7 @@ export interface PlayedInstead {
  * that actor's, null before it is there.
  */
 export function codeFor(
-  settings: Settings,
+  settings: Readonly<Settings>,
   played: PlayedInstead,
   controls: Controls | null,
 ): string {
@@ -56,7 +56,7 @@ export function codeFor(
 }
 
 function tuningLines(
-  { clothes, clip, dynamics, strength, tissue }: Settings,
+  { clothes, clip, dynamics, strength, tissue }: Readonly<Settings>,
   controls: Controls | null,
 ): string[] {
   const lines: string[] = [];
@@ -83,7 +83,10 @@ interface PoseSource {
   posed: string;
 }
 
-function sourceOf({ motion, tempoHz, heightM }: Settings, played: PlayedInstead): PoseSource {
+function sourceOf(
+  { motion, tempoHz, heightM }: Readonly<Settings>,
+  played: PlayedInstead,
+): PoseSource {
   const posed = "motion.poseAt(timeSeconds % motion.durationSeconds, pose);";
   if (played.fileName !== null) {
     const made = [

@@ -1,5 +1,6 @@
 import type { Avatar, Model } from "dynaskin";
-import type { App, Extent } from "./app.js";
+import type { App } from "./app.js";
+import type { Extent } from "./extent.js";
 import type { Sample } from "./traces.js";
 import type { View } from "./view.js";
 
@@ -31,6 +32,8 @@ export interface DemoHook {
   readonly rounds: number;
   /** The canvas with its camera and renderer. */
   readonly view: View;
+  /** Goes on with the settings of a link (`?motion=hop`), but for its graphics; resolves when they are shown. */
+  open(search: string): Promise<void>;
   /** Pauses, and shows the motion at this moment with the tissue stepped from its beginning. */
   seek(timeSeconds: number): void;
   /** Pauses, and advances by one tick, 1/60 s. */
@@ -50,11 +53,11 @@ declare global {
 /** Puts the hook in place. */
 export function installHook(app: App, view: View): void {
   const pause = () => {
-    if (!app.settings.paused) document.getElementById("play")?.click();
+    if (!app.store.state.paused) document.getElementById("play")?.click();
   };
   window.dynaskinDemo = {
     get ready() {
-      return app.isComplete;
+      return app.store.state.isComplete;
     },
     get backend() {
       return view.renderer.backend;
@@ -66,7 +69,7 @@ export function installHook(app: App, view: View): void {
       return app.avatarAt("left");
     },
     get model() {
-      return app.cast?.model ?? null;
+      return app.store.state.cast?.model ?? null;
     },
     get samples() {
       return app.stage.traces.samples;
@@ -84,6 +87,7 @@ export function installHook(app: App, view: View): void {
       return app.playback?.rounds ?? 0;
     },
     view,
+    open: (search) => app.openLink(search),
     seek(timeSeconds) {
       pause();
       app.applyChanges();

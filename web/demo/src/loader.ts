@@ -1,23 +1,12 @@
 import { load } from "dynaskin";
 import { actorLabel, isMethod } from "./actors.js";
 import { Cast } from "./cast.js";
-import { shownActors } from "./lineup.js";
 import { filesIn, type LoadingBar } from "./loading.js";
-import type { Program } from "./program.js";
-import { DEFAULTS, type Settings } from "./settings.js";
+import { type Settings, USUAL } from "./settings.js";
+import { type PageStore, type State, wantedActors } from "./state.js";
 import { showError } from "./toast.js";
 import { clipFile, loadClip } from "./truth.js";
 import type { View } from "./view.js";
-
-/** What the loader asks of the page. */
-export interface LoaderActions {
-  /** The cast on the screen; null before the first. */
-  shown(): Cast | null;
-  /** Shows the settings' actors of a cast; what it throws leaves the present ones there. */
-  show(cast: Cast): void;
-  /** The settings were put back to what is on the screen. */
-  restored(): void;
-}
 
 /** The settings that say who is on the screen, of which body, and in which clip. */
 type ActorSettings = Pick<
@@ -25,26 +14,26 @@ type ActorSettings = Pick<
   "sex" | "layout" | "left" | "right" | "third" | "fourth" | "clip"
 >;
 
-function pick(settings: Settings): ActorSettings {
+function pick(settings: Readonly<Settings>): ActorSettings {
   const { sex, layout, left, right, third, fourth, clip } = settings;
   return { sex, layout, left, right, third, fourth, clip };
 }
 
 /** Tells the bar of everything that a page with these settings is going to download. */
-export function announceDownloads(settings: Settings, loading: LoadingBar): void {
+export function announceDownloads(state: Readonly<State>, loading: LoadingBar): void {
   loading.expect("renderer", ["renderer"]);
-  loading.expect("model", ["core", ...filesIn(`${settings.sex}/`)]);
-  announceActors(settings, loading, () => true);
+  loading.expect("model", ["core", ...filesIn(`${state.sex}/`)]);
+  announceActors(state, loading, () => true);
 }
 
 /** Tells the bar of the clip and of the networks of those actors whose networks are `missing`. */
 function announceActors(
-  settings: Settings,
+  state: Readonly<State>,
   loading: LoadingBar,
   missing: (kind: string) => boolean,
 ): void {
-  const { sex, clip } = settings;
-  for (const { kind } of shownActors(settings)) {
+  const { sex, clip } = state;
+  for (const { kind } of wantedActors(state)) {
     if (!isMethod(kind) || !missing(kind)) continue;
     loading.expect(kind, filesIn(`${sex}/methods/${kind}/`));
   }
@@ -53,35 +42,39 @@ function announceActors(
 
 /** Fetches bodies, networks and clips for the settings. A failure leaves what plays as it was. */
 export class Loader {
-  readonly #settings: Settings;
-  readonly #program: Program;
+  readonly #store: PageStore;
   readonly #view: View;
   readonly #loading: LoadingBar;
-  readonly #actions: LoaderActions;
+  readonly #show: (cast: Cast) => void;
   /** The settings that the present actors and clip came from, to go back to. */
-  #shown: ActorSettings;
+  #shown: ActorSettings = pick(USUAL);
+  #following = Promise.resolve();
+  /** The body of the latest download. */
+  #sex: Settings["sex"];
   /** Stops the latest download of a model, and that of other networks and clips. */
   #download: AbortController | null = null;
   #recasting: AbortController | null = null;
 
-  constructor(
-    settings: Settings,
-    program: Program,
-    view: View,
-    loading: LoadingBar,
-    actions: LoaderActions,
-  ) {
-    this.#settings = settings;
-    this.#program = program;
+  /** `show` shows the settings' actors of a cast; what it throws leaves the present ones there. */
+  constructor(store: PageStore, view: View, loading: LoadingBar, show: (cast: Cast) => void) {
+    this.#store = store;
     this.#view = view;
     this.#loading = loading;
-    this.#actions = actions;
-    this.#shown = pick(DEFAULTS);
+    this.#show = (cast) => {
+      show(cast);
+      this.#shown = { ...pick(store.state), sex: cast.sex };
+    };
+    this.#sex = store.state.sex;
   }
 
-  /** Takes note that the settings' actors are on the screen now, with this body. */
-  remember(sex: Settings["sex"]): void {
-    this.#shown = { ...pick(this.#settings), sex };
+  /** Goes after the settings: another body, or other actors of the present one. */
+  follow(): void {
+    this.#following = this.#store.state.sex === this.#sex ? this.#recast() : this.openModel();
+  }
+
+  /** Resolves when what the settings last asked for is on the screen, or has failed. */
+  get following(): Promise<void> {
+    return this.#following;
   }
 
   /**
@@ -95,8 +88,8 @@ export class Loader {
     this.#recasting = null;
     const download = new AbortController();
     this.#download = download;
-    const { sex } = this.#settings;
-    const shown = this.#actions.shown();
+    const { sex, cast: shown } = this.#store.state;
+    this.#sex = sex;
     // A visitor who went back before the other body had come has all there is.
     if (shown?.model && shown.sex === sex) this.#goBack();
     else
@@ -113,12 +106,12 @@ export class Loader {
 
   /** Puts the settings back to what is on the screen. */
   #goBack(): void {
-    Object.assign(this.#settings, this.#shown);
-    this.#actions.restored();
+    this.#sex = this.#shown.sex;
+    this.#store.change(this.#shown);
   }
 
   async #load(sex: Settings["sex"], signal: AbortSignal): Promise<void> {
-    if (this.#actions.shown()) this.#loading.expect("model", filesIn(`${sex}/`));
+    if (this.#store.state.cast) this.#loading.expect("model", filesIn(`${sex}/`));
     this.#loading.say("Loading the body");
     let early: Cast | null = null;
     const model = await load({
@@ -128,10 +121,10 @@ export class Loader {
         if (!signal.aborted) this.#loading.report("model", loadedBytes, totalBytes);
       },
       onBody: (body) => {
-        if (signal.aborted || this.#actions.shown()) return;
+        if (signal.aborted || this.#store.state.cast) return;
         this.#loading.say("Loading the networks");
         early = new Cast(sex, body);
-        this.#actions.show(early);
+        this.#show(early);
       },
     });
     const cast = early ?? new Cast(sex, model.body);
@@ -141,11 +134,11 @@ export class Loader {
       // A comparison that cannot be loaded must not keep the model away.
       await this.#prepare(cast, signal).catch((error) => {
         signal.throwIfAborted();
-        this.#explainActors(error, { ...pick(DEFAULTS), sex });
-        this.#program.truth = null;
+        this.#explainActors(error, { ...pick(USUAL), sex });
+        this.#store.change({ truth: null });
       });
       signal.throwIfAborted();
-      this.#actions.show(cast);
+      this.#show(cast);
     } catch (error) {
       cast.dispose();
       throw error;
@@ -156,12 +149,11 @@ export class Loader {
     if (download.signal.aborted) return;
     // The other files are of no use any more.
     download.abort();
-    const shown = this.#actions.shown();
-    const wanted = pick(this.#settings);
+    const { cast: shown } = this.#store.state;
+    const wanted = pick(this.#store.state);
     const tryAgain = () => {
-      Object.assign(this.#settings, wanted);
-      this.#actions.restored();
-      void this.openModel();
+      this.#store.change(wanted);
+      if (!this.#download) void this.openModel();
     };
     if (!shown) {
       showError("The page could not start", error, tryAgain);
@@ -175,16 +167,15 @@ export class Loader {
 
   /** Fetches what the settings' actors and clip need, also those that are chosen meanwhile. */
   async #prepare(cast: Cast, signal: AbortSignal): Promise<void> {
-    const wanted = JSON.stringify(pick(this.#settings));
+    const wanted = JSON.stringify(pick(this.#store.state));
     await this.#fetchFor(cast, signal);
-    if (wanted !== JSON.stringify(pick(this.#settings))) await this.#prepare(cast, signal);
+    if (wanted !== JSON.stringify(pick(this.#store.state))) await this.#prepare(cast, signal);
   }
 
   async #fetchFor(cast: Cast, signal: AbortSignal): Promise<void> {
-    const { clip, layout } = this.#settings;
-    const { truth: last } = this.#program;
+    const { clip, layout, truth: last } = this.#store.state;
     const present = clip !== null && last?.isOf(clip, cast.body) ? last : null;
-    announceActors(this.#settings, this.#loading, (name) =>
+    announceActors(this.#store.state, this.#loading, (name) =>
       name === clip ? !present : !cast.bundleOf(name),
     );
     const report = (part: string, loaded: number, total: number) => {
@@ -197,31 +188,43 @@ export class Loader {
       const onProgress = (loaded: number) => report(clip, loaded, loaded);
       truth = await loadClip(clip, cast, { signal, onProgress });
     }
-    for (const { kind } of shownActors(this.#settings)) {
+    for (const { kind } of wantedActors(this.#store.state)) {
       if (isMethod(kind) && !cast.bundleOf(kind)) say(actorLabel(kind));
       const onProgress = (loaded: number, total: number) => report(kind, loaded, total);
       await cast.prepare(kind, { signal, onProgress });
     }
     if (layout === "wipe") await this.#view.openLeft();
     signal.throwIfAborted();
-    this.#program.truth = truth;
+    this.#store.change({ truth });
+  }
+
+  /** Whether the settings' actors are those on the screen already. */
+  get #isShown(): boolean {
+    const { state } = this.#store;
+    const { sex: _, ...actors } = pick(state);
+    const { sex: __, ...present } = this.#shown;
+    const places = ({ slot, kind }: { slot: string; kind: string }) => `${slot} ${kind}`;
+    return (
+      JSON.stringify(actors) === JSON.stringify(present) &&
+      `${wantedActors(state).map(places)}` === `${state.shown.map(places)}`
+    );
   }
 
   /** Shows other actors or another clip, once all that they need is there. */
-  async recast(): Promise<void> {
+  async #recast(): Promise<void> {
     this.#recasting?.abort();
     const recasting = new AbortController();
     this.#recasting = recasting;
-    const cast = this.#actions.shown();
-    if (!cast) return this.#finish(recasting);
+    const { cast } = this.#store.state;
     try {
+      if (!cast || this.#isShown) return;
       await this.#prepare(cast, recasting.signal);
-      if (recasting.signal.aborted || cast !== this.#actions.shown()) return;
-      this.#actions.show(cast);
+      if (recasting.signal.aborted || cast !== this.#store.state.cast || this.#isShown) return;
+      this.#show(cast);
     } catch (error) {
       if (recasting.signal.aborted) return;
       // Another body may be on its way, and is still wanted.
-      this.#explainActors(error, { ...this.#shown, sex: this.#settings.sex });
+      this.#explainActors(error, { ...this.#shown, sex: this.#store.state.sex });
     } finally {
       this.#finish(recasting);
     }
@@ -229,13 +232,8 @@ export class Loader {
 
   /** Says why actors or a clip could not be had, and shows those of `instead`. */
   #explainActors(error: unknown, instead: ActorSettings): void {
-    const wanted = pick(this.#settings);
-    showError("That comparison could not be loaded", error, () => {
-      Object.assign(this.#settings, wanted);
-      this.#actions.restored();
-      void this.recast();
-    });
-    Object.assign(this.#settings, instead);
-    this.#actions.restored();
+    const wanted = pick(this.#store.state);
+    showError("That comparison could not be loaded", error, () => this.#store.change(wanted));
+    this.#store.change(instead);
   }
 }

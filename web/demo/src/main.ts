@@ -5,19 +5,19 @@ import { installHook } from "./hook.js";
 import { announceDownloads } from "./loader.js";
 import { LoadingBar } from "./loading.js";
 import { readSettings } from "./settings.js";
+import { createStore } from "./state.js";
 import { showError } from "./toast.js";
 import { View } from "./view.js";
 
 async function start(): Promise<void> {
-  const settings = readSettings(location.search);
+  const store = createStore(readSettings(location.search));
+  const { backend, resolution } = store.state;
   const loading = new LoadingBar();
-  announceDownloads(settings, loading);
-  const view = await View.create(
-    settings.backend,
-    settings.resolution === "adaptive",
-    (loaded, total) => loading.report("renderer", loaded, total),
+  announceDownloads(store.state, loading);
+  const view = await View.create(backend, resolution === "adaptive", (loaded, total) =>
+    loading.report("renderer", loaded, total),
   );
-  const app = new App(settings, view, loading);
+  const app = new App(store, view, loading);
   acceptFiles((file) => void app.openFile(file));
   installHook(app, view);
   await app.openModel();

@@ -2,7 +2,7 @@ import { nameOf } from "./actors.js";
 import { byId, create } from "./dom.js";
 import { bindHold } from "./hold.js";
 import type { Place } from "./layer.js";
-import type { Shown } from "./lineup.js";
+import type { Shown } from "./state.js";
 import type { View } from "./view.js";
 
 /** How high over the top of a head its name hangs, in metres. */

@@ -1,33 +1,33 @@
-import { type BodyActions, BodyPanel } from "./body-panel.js";
+import { BodyPanel } from "./body-panel.js";
 import { BY_HAND } from "./by-hand.js";
+import { bindControls, controlKeys } from "./controls.js";
 import { byId, create } from "./dom.js";
 import { lessMotion } from "./less-motion.js";
-import { findMotion, MOTION_NAMES, MOTIONS, type MotionChoice, motionLabel } from "./motions.js";
-import type { Settings, Sex } from "./settings.js";
+import {
+  findMotion,
+  MOTION_NAMES,
+  MOTIONS,
+  type MotionChoice,
+  type MotionName,
+  motionLabel,
+} from "./motions.js";
+import type { Sex } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
+import { type PageStore, swapFirstTwo, wait } from "./state.js";
 import { TissuePanel } from "./tissue-panel.js";
 import { clipLabel, clipNamesOf } from "./truth.js";
 
-/** What the controls do. Each is called after `settings` has changed. */
-export interface PanelActions extends BodyActions {
-  setMotion(): void;
-  setMotionOptions(): void;
-  setDynamics(): void;
-  setHeat(): void;
-  setHud(): void;
-  setSpeed(): void;
-  setPaused(): void;
-  setTuning(): void;
+/** What controls ask for that is no setting. */
+export interface PanelActions {
+  /** Plays a motion of the list, or a clip, from its beginning. */
+  play(motion: MotionName, clip: string | null): void;
   stepFrame(): void;
-  seek(timeSeconds: number): void;
   resetView(): void;
   copyHud(): void;
   /** Shows actors alone, under a divider or beside each other: the next of these. */
   nextLayout(): void;
   /** Puts the keyboard's focus on the body that is moved by hand. */
   focusBody(): void;
-  /** Shows the first or the second actor alone; null: all again. */
-  hold(side: "left" | "right" | null): void;
 }
 
 /** Value of the list's entry for a file. */
@@ -37,50 +37,42 @@ const CLIP_MOTION = "clip:";
 
 const option = (value: string, textContent: string) => create("option", { value, textContent });
 
-/** The controls: reads them into the settings and shows the settings in them. */
+/** The controls of body, motion, tissue and playback: what is shown in them is what the store has. */
 export class Panel {
-  readonly #settings: Settings;
+  readonly #store: PageStore;
   readonly #actions: PanelActions;
-  readonly #body: BodyPanel;
   #scrubbing = false;
-  /** The body whose clips the list has. */
-  #clipsOf: Sex | null = null;
 
-  constructor(settings: Settings, actions: PanelActions) {
-    this.#settings = settings;
+  constructor(store: PageStore, actions: PanelActions) {
+    this.#store = store;
     this.#actions = actions;
-    this.#body = new BodyPanel(settings, actions);
+    bindControls(store);
+    new BodyPanel(store);
+    new TissuePanel(store);
     this.#bindMotion();
-    this.#bindTissue();
     this.#bindTransport();
     this.#bindKeys();
     this.#bindSheet();
-    this.show();
+    byId("hud-copy").addEventListener("click", () => actions.copyHud());
+    store.show(() => this.#showSwitches());
   }
 
-  /** Shows the settings in the controls that are not sliders. */
-  show(): void {
-    const { dynamics, heat, hud, speed, paused, sex } = this.#settings;
-    setSwitch("dynamics", dynamics);
+  /** Shows what stands beside the switches, and what they show and hide. */
+  #showSwitches(): void {
+    const { dynamics, heat, hud, paused } = this.#store.state;
     byId("dynamics-note").textContent = dynamics
       ? "on: the network moves the skin"
       : "off: plain skinning";
-    setSwitch("heat", heat);
-    setSwitch("hud-toggle", hud);
     byId("legend").hidden = !heat;
     byId("hud").hidden = !hud;
-    byId<HTMLSelectElement>("speed").value = `${speed}`;
     const play = byId("play");
     play.classList.toggle("paused", paused);
     play.setAttribute("aria-label", paused ? "Play" : "Pause");
     byId("still-note").hidden = !(paused && lessMotion.matches);
-    this.#body.show();
-    if (this.#clipsOf !== sex) this.#showClips(sex);
   }
 
   /** Puts the ground-truth clips of a body into the list of motions. */
   #showClips(sex: Sex): void {
-    this.#clipsOf = sex;
     byId("motion-clips").replaceChildren(
       ...clipNamesOf(sex).map((name) =>
         option(CLIP_MOTION + name, `${clipLabel(name)}, simulated`),
@@ -103,11 +95,12 @@ export class Panel {
     showText("time-text", `${timeSeconds.toFixed(1)} / ${durationSeconds.toFixed(1)} s`);
   }
 
-  /** Selects what plays in the list, which holds at most one file; null: the settings' motion. */
-  showPlaying(fileName: string | null): void {
+  /** Selects what plays in the list, which holds at most one file. */
+  showPlaying(): void {
+    const { motion, clip, file } = this.#store.state;
+    const fileName = file?.name ?? null;
     const select = byId<HTMLSelectElement>("motion");
     select.querySelector(`option[value="${FILE_MOTION}"]`)?.remove();
-    const { motion, clip } = this.#settings;
     byId("hand-hint").hidden = fileName !== null || clip !== null || motion !== BY_HAND;
     if (fileName === null) {
       select.value = clip === null ? motion : CLIP_MOTION + clip;
@@ -129,24 +122,22 @@ export class Panel {
       format: (value: number) => string,
       apply: (value: number) => void,
     ) => {
-      const onInput = (value: number) => {
-        apply(value);
-        this.#actions.setMotionOptions();
-      };
+      const onInput = apply;
       const range = { min, max, step: id === "tempo" ? 0.05 : 0.005, value: usual };
       const slider = createSlider({ id, label, ...range, format, onInput });
       slider.set(now ?? usual);
       sliders.push(slider);
     };
-    const settings = this.#settings;
+    const { tempoHz, heightM } = this.#store.state;
+    const change = this.#store.change.bind(this.#store);
     if (choice) {
       const hertz = (value: number) => `${value.toFixed(1)} Hz`;
-      add("tempo", "Tempo", choice.tempoHz, settings.tempoHz, hertz, (value) => {
-        settings.tempoHz = +value.toFixed(3);
+      add("tempo", "Tempo", choice.tempoHz, tempoHz, hertz, (value) => {
+        change({ tempoHz: +value.toFixed(3) });
       });
       const centimetres = (value: number) => `${Math.round(value * 100)} cm`;
-      add("height", "Height", choice.heightM, settings.heightM, centimetres, (value) => {
-        settings.heightM = +value.toFixed(3);
+      add("height", "Height", choice.heightM, heightM, centimetres, (value) => {
+        change({ heightM: +value.toFixed(3) });
       });
     }
     fillSliders("motion-params", sliders);
@@ -164,48 +155,32 @@ export class Panel {
       group("Yours", [option(BY_HAND, motionLabel(BY_HAND))]),
       group("With simulated ground truth", [], "motion-clips"),
     );
-    this.#showClips(this.#settings.sex);
-    this.showPlaying(null);
+    const { state } = this.#store;
+    this.#showClips(state.sex);
+    this.showPlaying();
+    this.#store.on(
+      () => [state.sex, state.file, state.motion, state.clip],
+      () => {
+        this.#showClips(state.sex);
+        this.showPlaying();
+      },
+    );
     select.addEventListener("change", () => {
       const choice = MOTION_NAMES.find((name) => name === select.value);
-      const clips = clipNamesOf(this.#settings.sex);
+      const clips = clipNamesOf(state.sex);
       const clip = clips.find((name) => CLIP_MOTION + name === select.value) ?? null;
       if (!choice && clip === null) return;
-      this.#settings.clip = clip;
-      if (choice) this.#settings.motion = choice;
-      this.#settings.tempoHz = null;
-      this.#settings.heightM = null;
-      this.#actions.setMotion();
+      this.#actions.play(choice ?? state.motion, clip);
     });
-  }
-
-  #bindTissue(): void {
-    const toggle = (id: string, key: "dynamics" | "heat" | "hud", done: () => void) => {
-      byId(id).addEventListener("click", () => {
-        this.#settings[key] = !this.#settings[key];
-        this.show();
-        done();
-      });
-    };
-    toggle("dynamics", "dynamics", () => this.#actions.setDynamics());
-    toggle("heat", "heat", () => this.#actions.setHeat());
-    toggle("hud-toggle", "hud", () => this.#actions.setHud());
-    byId("hud-copy").addEventListener("click", () => this.#actions.copyHud());
-    new TissuePanel(this.#settings, () => this.#actions.setTuning());
   }
 
   #bindTransport(): void {
     byId("play").addEventListener("click", () => this.#togglePaused());
     byId("frame-step").addEventListener("click", () => this.#stepFrame());
-    const speed = byId<HTMLSelectElement>("speed");
-    speed.addEventListener("change", () => {
-      this.#settings.speed = Number(speed.value);
-      this.#actions.setSpeed();
-    });
     const time = byId<HTMLInputElement>("time");
     time.addEventListener("input", () => {
       this.#scrubbing = true;
-      this.#actions.seek(time.valueAsNumber);
+      wait(this.#store, { seekSeconds: time.valueAsNumber });
     });
     time.addEventListener("change", () => {
       this.#scrubbing = false;
@@ -222,29 +197,25 @@ export class Panel {
   }
 
   #togglePaused(): void {
-    this.#settings.paused = !this.#settings.paused;
-    this.show();
-    this.#actions.setPaused();
+    this.#store.change({ paused: !this.#store.state.paused });
   }
 
   #stepFrame(): void {
-    if (!this.#settings.paused) this.#togglePaused();
+    if (!this.#store.state.paused) this.#togglePaused();
     this.#actions.stepFrame();
   }
 
   #bindKeys(): void {
+    const hold = (held: "left" | "right" | null) => this.#store.change({ held });
     const keys: Record<string, () => void> = {
+      ...controlKeys(),
       " ": () => this.#togglePaused(),
       ".": () => this.#stepFrame(),
-      d: () => byId("dynamics").click(),
-      m: () => byId("heat").click(),
-      t: () => byId("hud-toggle").click(),
       r: () => this.#actions.resetView(),
       c: () => this.#actions.nextLayout(),
-      x: () => byId("swap").click(),
-      a: () => this.#actions.hold("left"),
-      b: () => this.#actions.hold("right"),
-      g: () => byId("plots-toggle").click(),
+      x: () => swapFirstTwo(this.#store),
+      a: () => hold("left"),
+      b: () => hold("right"),
       p: () => byId("picture").click(),
       v: () => byId("record").click(),
       u: () => byId("code-open").click(),
@@ -262,7 +233,7 @@ export class Panel {
       action();
     });
     addEventListener("keyup", (event) => {
-      if (["a", "b"].includes(event.key.toLowerCase())) this.#actions.hold(null);
+      if (["a", "b"].includes(event.key.toLowerCase())) hold(null);
     });
   }
 
@@ -285,11 +256,6 @@ function isOwnKey(control: HTMLElement, key: string): boolean {
   const takesText = "textarea, select, input:not([type=range], [type=radio], [type=checkbox])";
   if (control.matches(takesText)) return key.length === 1;
   return key === " " && control.matches("button, summary, input:not([type=range])");
-}
-
-/** Shows a switch on or off. */
-export function setSwitch(id: string, on: boolean): void {
-  byId(id).setAttribute("aria-checked", `${on}`);
 }
 
 function showText(id: string, text: string): void {

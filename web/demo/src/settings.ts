@@ -1,6 +1,7 @@
 import { REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
 import { type ActorKind, actorsOf } from "./actors.js";
 import { lessMotion } from "./less-motion.js";
+import * as link from "./link.js";
 import { findMotion, MOTION_NAMES, type MotionName } from "./motions.js";
 import { clipNamesOf } from "./truth.js";
 
@@ -31,15 +32,24 @@ export const TISSUE_FACTORS: Record<TissueProperty, readonly [number, number, nu
   damping: [0.25, 1, 4],
 };
 
+/** Factors on the tissue of regions, where they are not 1. */
+export type TissueFactors = Readonly<
+  Record<TissueProperty, Readonly<Partial<Record<RegionName, number>>>>
+>;
+
 /** Which body. */
 export type Sex = "female" | "male";
 
 /** Everything a link to the page can carry. */
 export interface Settings {
+  /** The graphics interface that was asked for. */
+  backend: "auto" | "webgpu" | "webgl2";
+  /** Whether fewer pixels are drawn while pictures come too slowly. */
+  resolution: "adaptive" | "full";
   /** Which body. */
   sex: Sex;
   /** Shape coefficients in standard deviations. */
-  shape: number[];
+  shape: readonly number[];
   /** Name of a built-in motion, or the visitor's hand. */
   motion: MotionName;
   /** Cycles per second of the motion; null: the motion's own. */
@@ -61,22 +71,19 @@ export interface Settings {
   split: number;
   /** What the body wears: sportswear holds chest and hips. */
   clothes: "sportswear" | "unsupported";
-  /** What the heat map shows: the offsets, or how far they are from ground truth. */
-  heatOf: "offset" | "error";
   /** Whether the plots are shown. */
   plots: boolean;
   /** The region that the plots are about. */
   region: RegionName;
   /** Yaw and pitch (radians), distance and height (metres) of the camera; null: as at the start. */
-  camera: number[] | null;
+  camera: readonly number[] | null;
   /** Factor on all offsets. */
   strength: number;
-  /** Factors on the tissue of regions, where they are not 1. */
-  tissue: Record<TissueProperty, Partial<Record<RegionName, number>>>;
-  /** Where a motion that stands still stands, in seconds; null: it plays, or has no timeline. */
-  timeSeconds: number | null;
+  tissue: TissueFactors;
   /** Whether the network moves the skin. */
   dynamics: boolean;
+  /** What the heat map shows: the offsets, or how far they are from ground truth. */
+  heatOf: "offset" | "error";
   /** Whether the body shows its offsets as colours. */
   heat: boolean;
   /** Whether the caption says what there is to see. */
@@ -87,182 +94,206 @@ export interface Settings {
   speed: number;
   /** Whether the motion stands still. */
   paused: boolean;
-  /** Whether fewer pixels are drawn while pictures come too slowly. */
-  resolution: "adaptive" | "full";
-  /** The graphics interface that was asked for. */
-  backend: "auto" | "webgpu" | "webgl2";
+  /** Where a motion that stands still stands, in seconds; null: it plays, or has no timeline. */
+  timeSeconds: number | null;
 }
 
-/** The page without any parameters. */
-export const DEFAULTS: Settings = {
-  sex: "female",
-  shape: new Array<number>(SHAPE_LENGTH).fill(0),
-  motion: "jump",
-  tempoHz: null,
-  heightM: null,
-  clip: null,
-  layout: "side",
-  left: "linear",
-  right: "dynaskin",
-  third: null,
-  fourth: null,
-  split: 0.5,
-  clothes: "sportswear",
-  heatOf: "offset",
-  plots: false,
-  region: "chest",
-  camera: null,
-  strength: 1,
-  tissue: { gain: {}, stiffness: {}, damping: {} },
-  timeSeconds: null,
-  dynamics: true,
-  heat: false,
-  caption: true,
-  hud: false,
-  speed: 1,
-  paused: false,
-  resolution: "adaptive",
-  backend: "auto",
-};
+/**
+ * What has to be done where a setting has changed; `app.ts` says how. What only shows a setting reads it
+ * in `Store.show`, and needs none.
+ */
+export type Consequence = "actors" | "shape" | "motion" | "tissue" | "plots" | "clock";
+
+/** An element of the page that shows a setting and changes it, by its id. */
+export type Control =
+  | { kind: "switch"; id: string; key?: string }
+  | { kind: "list"; id: string }
+  /** Radio buttons in an element; their name is its id. */
+  | { kind: "radios"; id: string };
+
+/** All that the page knows of one setting: a new one is described here and nowhere else. */
+export interface Setting<Value> {
+  /** The page without any parameters. */
+  usual: Value;
+  /** How a link says it. */
+  link: link.Codec<Value, Settings>;
+  /** The element that sets it, where that takes no more than its value. */
+  control?: Control;
+  /** The values that the control can have, where it is no switch. */
+  values?: readonly Value[];
+  /** What follows from another value. */
+  affects?: readonly Consequence[];
+}
+
+const actor = (name: "left" | "right", usual: ActorKind): Setting<ActorKind> => ({
+  usual,
+  link: link.word(name, usual, ({ sex, clip }) => actorsOf(sex, clip !== null)),
+  affects: ["actors"],
+});
+
+const furtherActor = (name: "third" | "fourth"): Setting<ActorKind | null> => ({
+  usual: null,
+  link: link.wordOrNull(name, ({ sex, clip }) => actorsOf(sex, clip !== null)),
+  affects: ["actors"],
+});
+
+const BACKENDS = ["auto", "webgpu", "webgl2"] as const;
+const RESOLUTIONS = ["adaptive", "full"] as const;
+const SEXES = ["female", "male"] as const;
+const CLOTHES = ["sportswear", "unsupported"] as const;
+const AVERAGE: readonly number[] = new Array<number>(SHAPE_LENGTH).fill(0);
 
 /**
- * Reads the settings from a link; what makes no sense is left at its default. Numbers out of range
+ * The settings, in the order of the link. A link is read in the same order: what stands further up is
+ * known further down.
+ */
+export const SETTINGS: { readonly [Name in keyof Settings]: Setting<Settings[Name]> } = {
+  backend: { usual: "auto", link: link.word("backend", "auto", () => BACKENDS) },
+  resolution: { usual: "adaptive", link: link.word("resolution", "adaptive", () => RESOLUTIONS) },
+  sex: {
+    usual: "female",
+    link: link.word("sex", "female", () => SEXES),
+    affects: ["actors"],
+  },
+  shape: { usual: AVERAGE, link: link.numbers("shape", AVERAGE, SHAPE_LIMIT), affects: ["shape"] },
+  motion: { usual: "jump", link: link.word("motion", "jump", () => MOTION_NAMES) },
+  tempoHz: {
+    usual: null,
+    link: link.numberOrNull("tempo", ({ motion }) => findMotion(motion)?.tempoHz),
+    affects: ["motion"],
+  },
+  heightM: {
+    usual: null,
+    link: link.numberOrNull("height", ({ motion }) => findMotion(motion)?.heightM),
+    affects: ["motion"],
+  },
+  clip: {
+    usual: null,
+    link: link.wordOrNull("clip", ({ sex }) => clipNamesOf(sex)),
+    affects: ["actors"],
+  },
+  layout: {
+    usual: "side",
+    link: link.word("view", "side", () => LAYOUTS),
+    control: { kind: "radios", id: "layout" },
+    values: LAYOUTS,
+    affects: ["actors"],
+  },
+  left: actor("left", "linear"),
+  right: actor("right", "dynaskin"),
+  third: furtherActor("third"),
+  fourth: furtherActor("fourth"),
+  split: { usual: 0.5, link: link.number("split", 0.5, [0, 0, 1], 3) },
+  clothes: {
+    usual: "sportswear",
+    link: link.word("clothes", "sportswear", () => CLOTHES),
+    affects: ["tissue"],
+  },
+  plots: {
+    usual: false,
+    link: link.flag("plots", false),
+    control: { kind: "switch", id: "plots-toggle", key: "g" },
+    affects: ["plots"],
+  },
+  region: {
+    usual: "chest",
+    link: link.word("region", "chest", () => REGION_NAMES),
+    control: { kind: "list", id: "region" },
+    values: REGION_NAMES,
+    affects: ["plots"],
+  },
+  camera: { usual: null, link: link.place("camera") },
+  strength: { usual: 1, link: link.number("strength", 1, STRENGTH), affects: ["tissue"] },
+  tissue: {
+    usual: { gain: {}, stiffness: {}, damping: {} },
+    link: link.tissue(TISSUE_FACTORS, REGION_NAMES),
+    affects: ["tissue"],
+  },
+  dynamics: {
+    usual: true,
+    link: link.flag("dynamics", true),
+    control: { kind: "switch", id: "dynamics", key: "d" },
+    affects: ["tissue"],
+  },
+  heatOf: {
+    usual: "offset",
+    link: {
+      read: (query) => (query.get("heat") === "error" ? "error" : "offset"),
+      write: () => {},
+    },
+    control: { kind: "radios", id: "heat-of" },
+    values: ["offset", "error"],
+  },
+  heat: {
+    usual: false,
+    link: {
+      read: (query) => query.get("heat") === "error" || link.isOn(query, "heat", false),
+      write: (query, on, { heatOf }) => {
+        if (on) query.set("heat", heatOf === "error" ? "error" : "1");
+      },
+    },
+    control: { kind: "switch", id: "heat", key: "m" },
+  },
+  caption: { usual: true, link: link.flag("caption", true) },
+  hud: {
+    usual: false,
+    link: link.flag("hud", false),
+    control: { kind: "switch", id: "hud-toggle", key: "t" },
+  },
+  speed: {
+    usual: 1,
+    link: link.nearest("speed", 1, SPEEDS),
+    control: { kind: "list", id: "speed" },
+    values: SPEEDS,
+    affects: ["clock"],
+  },
+  paused: {
+    usual: false,
+    link: link.flag("paused", false, () => lessMotion.matches),
+    affects: ["clock"],
+  },
+  timeSeconds: {
+    usual: null,
+    link: {
+      read: (query, { clip, motion }) =>
+        link.numberIn(query, "time", [0, 0, 3600]) ??
+        (lessMotion.matches && !query.has("paused") && clip === null && motion === "jump"
+          ? LANDING_SECONDS
+          : null),
+      write: (query, seconds, { paused }) => {
+        if (paused && seconds !== null) query.set("time", seconds.toFixed(3));
+      },
+    },
+  },
+};
+
+/** The names of all settings, in the order of the link. */
+export const SETTING_NAMES = Object.keys(SETTINGS) as (keyof Settings)[];
+
+/** The page without any parameters. */
+export const USUAL = Object.fromEntries(
+  SETTING_NAMES.map((name) => [name, SETTINGS[name].usual]),
+) as unknown as Readonly<Settings>;
+
+/**
+ * Reads the settings from a link; what makes no sense is left at its usual value. Numbers out of range
  * become the nearest in it: the range of the link's own motion, for tempo and height.
  */
 export function readSettings(search: string): Settings {
   const query = new URLSearchParams(search);
-  const oneOf = <T extends string>(name: string, values: readonly T[], otherwise: T) =>
-    values.find((value) => value === query.get(name)) ?? otherwise;
-  const number = (name: string) => {
-    const value = Number.parseFloat(query.get(name) ?? "");
-    return Number.isFinite(value) ? value : null;
-  };
-  const inRange = (name: string, range: readonly [number, number, number] | undefined) => {
-    const value = number(name);
-    if (value === null || !range) return null;
-    return Math.max(range[0], Math.min(range[2], value));
-  };
-  const flag = (name: string, otherwise: boolean) =>
-    query.has(name) ? ["", "1", "on", "true"].includes(query.get(name) ?? "") : otherwise;
-  const shape = (query.get("shape") ?? "").split(",").map(Number.parseFloat);
-  const motion = oneOf("motion", MOTION_NAMES, DEFAULTS.motion);
-  const choice = findMotion(motion);
-  const sex = oneOf("sex", ["female", "male"], DEFAULTS.sex);
-  const clip = oneOf("clip", clipNamesOf(sex), "") || null;
-  const actors = actorsOf(sex, clip !== null);
-  const showsStill =
-    lessMotion.matches && !query.has("paused") && clip === null && motion === DEFAULTS.motion;
-  const camera = (query.get("camera") ?? "").split(",").map(Number.parseFloat);
-  return {
-    sex,
-    clip,
-    layout: oneOf("view", LAYOUTS, DEFAULTS.layout),
-    left: oneOf("left", actors, DEFAULTS.left),
-    right: oneOf("right", actors, DEFAULTS.right),
-    third: oneOf("third", actors, "") || null,
-    fourth: oneOf("fourth", actors, "") || null,
-    split: inRange("split", [0, 0, 1]) ?? DEFAULTS.split,
-    clothes: oneOf("clothes", ["sportswear", "unsupported"], DEFAULTS.clothes),
-    heatOf: query.get("heat") === "error" ? "error" : "offset",
-    plots: flag("plots", DEFAULTS.plots),
-    region: oneOf("region", REGION_NAMES, DEFAULTS.region),
-    camera: camera.length === 4 && camera.every(Number.isFinite) ? camera : null,
-    shape: DEFAULTS.shape.map((zero, idx) => {
-      const value = shape[idx];
-      return Number.isFinite(value)
-        ? Math.max(-SHAPE_LIMIT, Math.min(SHAPE_LIMIT, value as number))
-        : zero;
-    }),
-    motion,
-    tempoHz: inRange("tempo", choice?.tempoHz),
-    heightM: inRange("height", choice?.heightM),
-    strength: inRange("strength", STRENGTH) ?? DEFAULTS.strength,
-    tissue: {
-      gain: readFactors("gain", query),
-      stiffness: readFactors("stiffness", query),
-      damping: readFactors("damping", query),
-    },
-    timeSeconds: inRange("time", [0, 0, 3600]) ?? (showsStill ? LANDING_SECONDS : null),
-    dynamics: flag("dynamics", DEFAULTS.dynamics),
-    heat: query.get("heat") === "error" || flag("heat", DEFAULTS.heat),
-    caption: flag("caption", DEFAULTS.caption),
-    hud: flag("hud", DEFAULTS.hud),
-    speed: nearest(SPEEDS, number("speed") ?? DEFAULTS.speed),
-    paused: flag("paused", lessMotion.matches),
-    resolution: oneOf("resolution", ["adaptive", "full"], DEFAULTS.resolution),
-    backend: oneOf("backend", ["auto", "webgpu", "webgl2"], DEFAULTS.backend),
-  };
-}
-
-/** Name of a property's factors in the address. */
-const inAddress = (property: TissueProperty) => (property === "gain" ? "gains" : property);
-
-/** Reads `chest:0.5,belly:2`. */
-function readFactors(
-  property: TissueProperty,
-  query: URLSearchParams,
-): Partial<Record<RegionName, number>> {
-  const factors: Partial<Record<RegionName, number>> = {};
-  const [low, , high] = TISSUE_FACTORS[property];
-  for (const part of (query.get(inAddress(property)) ?? "").split(",")) {
-    const [name, value] = part.split(":");
-    const region = REGION_NAMES.find((known) => known === name);
-    const factor = Number.parseFloat(value ?? "");
-    if (region && Number.isFinite(factor)) {
-      factors[region] = Math.max(low, Math.min(high, factor));
-    }
+  const settings: Settings = { ...USUAL };
+  for (const name of SETTING_NAMES) {
+    Object.assign(settings, { [name]: SETTINGS[name].link.read(query, settings) });
   }
-  return factors;
+  return settings;
 }
 
-function nearest(values: readonly number[], wanted: number): number {
-  return values.reduce((best, value) =>
-    Math.abs(value - wanted) < Math.abs(best - wanted) ? value : best,
-  );
-}
-
-/** The settings as a link, with only what differs from the defaults. */
-export function writeSettings(settings: Settings): string {
+/** The settings as a link, with only what is not as usual. */
+export function writeSettings(settings: Readonly<Settings>): string {
   const query = new URLSearchParams();
-  const put = (name: string, value: string | number | null, otherwise: unknown) => {
-    if (value !== null && value !== otherwise) query.set(name, `${value}`);
-  };
-  put("backend", settings.backend, DEFAULTS.backend);
-  put("resolution", settings.resolution, DEFAULTS.resolution);
-  put("sex", settings.sex, DEFAULTS.sex);
-  if (settings.shape.some((value) => value !== 0)) {
-    query.set("shape", settings.shape.map((value) => +value.toFixed(2)).join(","));
-  }
-  put("motion", settings.motion, DEFAULTS.motion);
-  put("tempo", settings.tempoHz, null);
-  put("height", settings.heightM, null);
-  put("clip", settings.clip, null);
-  put("view", settings.layout, DEFAULTS.layout);
-  put("left", settings.left, DEFAULTS.left);
-  put("right", settings.right, DEFAULTS.right);
-  put("third", settings.third, null);
-  put("fourth", settings.fourth, null);
-  put("split", +settings.split.toFixed(3), DEFAULTS.split);
-  put("clothes", settings.clothes, DEFAULTS.clothes);
-  if (settings.plots) query.set("plots", "1");
-  put("region", settings.region, DEFAULTS.region);
-  if (settings.camera) query.set("camera", settings.camera.map((n) => +n.toFixed(2)).join(","));
-  put("strength", settings.strength, DEFAULTS.strength);
-  for (const property of TISSUE_PROPERTIES) {
-    const factors = Object.entries(settings.tissue[property]).filter(([, factor]) => factor !== 1);
-    if (factors.length > 0) {
-      const text = factors.map(([region, factor]) => `${region}:${+factor.toFixed(2)}`).join(",");
-      query.set(inAddress(property), text);
-    }
-  }
-  if (!settings.dynamics) query.set("dynamics", "0");
-  if (settings.heat) query.set("heat", settings.heatOf === "error" ? "error" : "1");
-  if (!settings.caption) query.set("caption", "0");
-  if (settings.hud) query.set("hud", "1");
-  put("speed", settings.speed, DEFAULTS.speed);
-  if (settings.paused) query.set("paused", "1");
-  if (settings.paused && settings.timeSeconds !== null) {
-    query.set("time", settings.timeSeconds.toFixed(3));
+  for (const name of SETTING_NAMES) {
+    const { write } = SETTINGS[name].link as link.Codec<unknown, Settings>;
+    write(query, settings[name], settings);
   }
   return query.size > 0 ? `?${query}` : "";
 }

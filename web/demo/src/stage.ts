@@ -2,12 +2,12 @@ import { type Avatar, REGION_NAMES } from "dynaskin";
 import { SLOTS } from "./actors.js";
 import type { Cast } from "./cast.js";
 import type { Appearance, Place } from "./layer.js";
-import type { Shown } from "./lineup.js";
 import { RegionMeasures } from "./measures.js";
 import { START_YAW_RADIANS } from "./orbit.js";
 import type { AfterStep } from "./playing.js";
 import type { Program } from "./program.js";
-import { type Settings, TISSUE_PROPERTIES } from "./settings.js";
+import { TISSUE_PROPERTIES } from "./settings.js";
+import { aloneOf, isPlain, type PageStore, type Shown, showsError } from "./state.js";
 import { type Sample, Traces } from "./traces.js";
 
 /** What is shown lies a tick behind the skeleton, so ground truth is shown and compared there, too. */
@@ -36,21 +36,17 @@ function crownOf(avatar: Avatar): number {
 /** The actors while they move: how they are tuned, what is measured on them, how they look. */
 export class Stage {
   readonly traces = new Traces();
-  readonly #settings: Settings;
+  readonly #store: PageStore;
   readonly #program: Program;
   readonly #shown = new WeakMap<Avatar, Shown>();
   /** Differences from ground truth of each actor, for the heat map. */
   readonly #errorsM: Float32Array[] = [];
-  /** Which actor of a row is shown alone, in its middle; null: all. */
-  alone: number | null = null;
-  /** Whether the actors are shown without their tissue for the moment, whatever the settings say. */
-  plain = false;
   #crown = 0;
   #measures: RegionMeasures | null = null;
   #measuredCast: Cast | null = null;
 
-  constructor(settings: Settings, program: Program) {
-    this.#settings = settings;
+  constructor(store: PageStore, program: Program) {
+    this.#store = store;
     this.#program = program;
   }
 
@@ -78,7 +74,8 @@ export class Stage {
 
   /** Gives an avatar the settings that are its own. */
   tune(avatar: Avatar): void {
-    const { clothes, clip, dynamics, strength, tissue } = this.#settings;
+    const { state } = this.#store;
+    const { clothes, clip, dynamics, strength, tissue } = state;
     avatar.setControls(clip === null && clothes === "sportswear" ? clothes : "as-predicted");
     const { regions } = avatar.controls;
     for (const region of REGION_NAMES) {
@@ -90,24 +87,20 @@ export class Stage {
     }
     avatar.setControls({ regions });
     // The networks run on, so that both states of the same moment can be compared.
-    avatar.strength = dynamics && !this.plain ? strength : 0;
-  }
-
-  /** Whether the heat map shows the error. */
-  get showsError(): boolean {
-    return this.#settings.heatOf === "error" && this.#truthM !== null;
+    avatar.strength = dynamics && !isPlain(state) ? strength : 0;
   }
 
   /** Shows ground truth where it is an actor, and measures all actors. */
   readonly afterStep: AfterStep = (avatars, { timeSeconds, isFirst, isPassing }) => {
-    if (isPassing && !this.#settings.plots) return;
-    const truth = this.#program.file ? null : this.#program.truth;
+    const { state } = this.#store;
+    if (isPassing && !state.plots) return;
+    const truth = state.file ? null : state.truth;
     truth?.moveTo(timeSeconds - DELAY_SECONDS);
     for (const avatar of avatars) {
       if (!truth || this.#shown.get(avatar)?.kind !== "truth") continue;
-      avatar.showOffsets(this.plain ? new Float32Array(truth.offsets.length) : truth.offsets);
+      avatar.showOffsets(isPlain(state) ? new Float32Array(truth.offsets.length) : truth.offsets);
     }
-    if (this.#settings.plots) this.traces.add(this.#sample(avatars, timeSeconds), isFirst);
+    if (state.plots) this.traces.add(this.#sample(avatars, timeSeconds), isFirst);
   };
 
   /**
@@ -115,7 +108,8 @@ export class Stage {
    * The row is parallel to the picture that the page starts with.
    */
   placesM(count: number): Place[] {
-    const apart = this.#settings.layout === "side" && this.alone === null ? 1 : 0;
+    const apart =
+      this.#store.state.shownLayout === "side" && aloneOf(this.#store.state) === null ? 1 : 0;
     return Array.from({ length: count }, (_, idx) => {
       const steps = apart * (idx - (count - 1) / 2);
       return [steps * STEP_M[0], steps * STEP_M[1]];
@@ -137,12 +131,14 @@ export class Stage {
   /** How the actors that are to be seen look now, in the order of the avatars. */
   appearances(avatars: readonly Avatar[]): Appearance[] {
     const looks = this.#allAppearances(avatars);
-    const only = this.alone === null ? undefined : looks[this.alone];
+    const alone = aloneOf(this.#store.state);
+    const only = alone === null ? undefined : looks[alone];
     return only ? [only] : looks;
   }
 
   #allAppearances(avatars: readonly Avatar[]): Appearance[] {
-    const truthM = this.showsError && this.#settings.heat ? this.#truthM : null;
+    const { state } = this.#store;
+    const truthM = showsError(state) && state.heat ? this.#truthM : null;
     const places = this.placesM(avatars.length);
     return avatars.map((avatar, idx) => {
       const placeM = places[idx] ?? [0, 0];
@@ -158,11 +154,12 @@ export class Stage {
   }
 
   get #truthM(): Float32Array | null {
-    return this.#program.file ? null : (this.#program.truth?.offsets ?? null);
+    const { file, truth } = this.#store.state;
+    return file ? null : (truth?.offsets ?? null);
   }
 
   #sample(avatars: readonly Avatar[], timeSeconds: number): Sample {
-    const { region } = this.#settings;
+    const { region } = this.#store.state;
     const truthM = this.#truthM;
     const measure = (of: (avatar: Avatar) => number | undefined) =>
       SLOTS.map((slot) => {

@@ -1,10 +1,16 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
 import { byId } from "./dom.js";
-import { type Settings, STRENGTH, TISSUE_FACTORS, type TissueProperty } from "./settings.js";
+import { STRENGTH, TISSUE_FACTORS, type TissueFactors, type TissueProperty } from "./settings.js";
 import { createSlider, fillSliders, type Slider } from "./slider.js";
+import type { PageStore } from "./state.js";
 
 const percent = (value: number) => `${Math.round(value * 100)} %`;
 const times = (octaves: number) => `× ${(2 ** octaves).toFixed(2)}`;
+
+/** Stiffness and damping are told in ratios: half and double are equally far from the usual. */
+const inOctaves = (property: TissueProperty) => property !== "gain";
+const shown = (property: TissueProperty, factor: number) =>
+  inOctaves(property) ? Math.log2(factor) : factor;
 
 /** What the page calls a region. */
 export function regionLabel(region: RegionName): string {
@@ -14,58 +20,61 @@ export function regionLabel(region: RegionName): string {
 
 /** How far the tissue moves, and how much, how stiffly and how damped in each region. */
 export class TissuePanel {
-  readonly #settings: Settings;
-  readonly #changed: () => void;
+  readonly #store: PageStore;
+  #property: TissueProperty = "gain";
+  #regions: Slider[] = [];
 
-  constructor(settings: Settings, changed: () => void) {
-    this.#settings = settings;
-    this.#changed = changed;
+  constructor(store: PageStore) {
+    this.#store = store;
     const [min, value, max] = STRENGTH;
     const strength = createSlider({
       id: "strength-all",
       label: "Strength",
       ...{ min, max, step: 0.05, value },
       format: percent,
-      onInput: (next) => {
-        settings.strength = next;
-        changed();
-      },
+      onInput: (next) => store.change({ strength: next }),
     });
-    strength.set(settings.strength);
+    store.show(() => strength.set(store.state.strength));
     fillSliders("strength", [strength]);
     byId("tissue-property").addEventListener("change", (event) => {
-      this.#showRegions((event.target as HTMLInputElement).value as TissueProperty);
+      this.#makeRegions((event.target as HTMLInputElement).value as TissueProperty);
     });
-    this.#showRegions("gain");
+    this.#makeRegions("gain");
+    store.show(() => this.#showRegions(store.state.tissue));
   }
 
-  #showRegions(property: TissueProperty): void {
-    fillSliders(
-      "regions",
-      REGION_NAMES.map((region) => this.#regionSlider(property, region)),
-    );
+  #makeRegions(property: TissueProperty): void {
+    this.#property = property;
+    this.#regions = REGION_NAMES.map((region) => this.#regionSlider(property, region));
+    fillSliders("regions", this.#regions);
+    this.#showRegions(this.#store.state.tissue);
+  }
+
+  #showRegions(tissue: TissueFactors): void {
+    const [, usual] = TISSUE_FACTORS[this.#property];
+    for (const [idx, region] of REGION_NAMES.entries()) {
+      this.#regions[idx]?.set(shown(this.#property, tissue[this.#property][region] ?? usual));
+    }
   }
 
   #regionSlider(property: TissueProperty, region: RegionName): Slider {
-    const factors = this.#settings.tissue[property];
     const [low, usual, high] = TISSUE_FACTORS[property];
-    // Stiffness and damping are told in ratios: half and double are equally far from the usual.
-    const inOctaves = property !== "gain";
-    const shown = (factor: number) => (inOctaves ? Math.log2(factor) : factor);
-    const slider = createSlider({
+    return createSlider({
       id: `region-${region}`,
       label: regionLabel(region),
-      min: shown(low),
-      max: shown(high),
-      step: inOctaves ? 0.1 : 0.05,
-      value: shown(usual),
-      format: inOctaves ? times : percent,
-      onInput: (next) => {
-        factors[region] = inOctaves ? 2 ** next : next;
-        this.#changed();
-      },
+      min: shown(property, low),
+      max: shown(property, high),
+      step: inOctaves(property) ? 0.1 : 0.05,
+      value: shown(property, usual),
+      format: inOctaves(property) ? times : percent,
+      onInput: (next) => this.#setFactor(property, region, inOctaves(property) ? 2 ** next : next),
     });
-    slider.set(shown(factors[region] ?? usual));
-    return slider;
+  }
+
+  #setFactor(property: TissueProperty, region: RegionName, factor: number): void {
+    const { tissue } = this.#store.state;
+    this.#store.change({
+      tissue: { ...tissue, [property]: { ...tissue[property], [region]: factor } },
+    });
   }
 }

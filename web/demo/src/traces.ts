@@ -2,7 +2,7 @@ import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { actorLabel, SLOTS } from "./actors.js";
 import { byId, create } from "./dom.js";
-import type { Shown } from "./lineup.js";
+import type { Shown } from "./state.js";
 
 /** Seconds of motion that the plots show. */
 const WINDOW_SECONDS = 4;

@@ -1,5 +1,5 @@
 import type { RegionName } from "./bundle.js";
-import { checkNumber, checkObject } from "./check.js";
+import { checkNumber, checkObject, checkState } from "./check.js";
 import {
   type ControlChanges,
   type ControlPreset,
@@ -364,9 +364,7 @@ export class Avatar {
    *   with another model, `argument` for what are no bytes; the avatar then stays as it was
    */
   restore(state: Uint8Array): void {
-    if (!(state instanceof Uint8Array)) {
-      throw new DynaSkinError("argument", "A saved state is a Uint8Array, as save() gives it.");
-    }
+    checkState(state);
     guard(() => this.raw.restore(state));
   }
 

@@ -52,3 +52,13 @@ export function checkSignal(signal: unknown): void {
 export function kindOf(value: unknown): string {
   return value === null ? "null" : typeof value;
 }
+
+/**
+ * Refuses what is no saved state.
+ *
+ * @internal
+ */
+export function checkState(state: unknown): asserts state is Uint8Array {
+  if (state instanceof Uint8Array) return;
+  throw new DynaSkinError("argument", "A saved state is a Uint8Array, as save() gives it.");
+}

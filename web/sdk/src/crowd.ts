@@ -2,7 +2,7 @@ import { Avatar } from "./avatar.js";
 import { checkNumber, checkObject } from "./check.js";
 import type { Core } from "./core.js";
 import { DynaSkinError, guard } from "./error.js";
-import { checkLength, POSE_LENGTH, type Pose } from "./pose.js";
+import { checkPoses, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreCrowd } from "./wasm/core.js";
 
 /**
@@ -115,22 +115,7 @@ export class Crowd {
   stepAll(poses: readonly Pose[], dtSeconds: number): void {
     const raw = this.#alive;
     checkNumber("dtSeconds", dtSeconds);
-    if (!Array.isArray(poses) || poses.length !== this.#avatars.length) {
-      const got = Array.isArray(poses) ? `${poses.length}` : "no array";
-      throw new DynaSkinError(
-        "argument",
-        `stepAll needs an array of ${this.#avatars.length} poses, one for each avatar; got ${got}.`,
-      );
-    }
-    for (const [idx, avatar] of this.#avatars.entries()) {
-      checkLength(`pose ${idx}`, poses[idx], POSE_LENGTH);
-      if (avatar.disposed) {
-        throw new DynaSkinError(
-          "disposed",
-          `Avatar ${idx} of the crowd was disposed; remove() it from the crowd first.`,
-        );
-      }
-    }
+    checkPoses(poses, this.#avatars);
     const target = this.#view(raw);
     for (const [idx, pose] of poses.entries()) target.set(pose, idx * POSE_LENGTH);
     guard(() => raw.stepAll(dtSeconds));

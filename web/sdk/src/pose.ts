@@ -79,3 +79,26 @@ export function checkLength(what: string, values: unknown, expected: number): vo
   if (array instanceof Float64Array || array instanceof Float32Array) return;
   for (let idx = 0; idx < expected; idx += 1) checkNumber(`${what}[${idx}]`, array[idx]);
 }
+
+/**
+ * Refuses what is not one pose for each of a crowd's avatars, and avatars that are gone.
+ *
+ * @internal
+ */
+export function checkPoses(poses: unknown, avatars: readonly { disposed: boolean }[]): void {
+  if (!Array.isArray(poses) || poses.length !== avatars.length) {
+    const got = Array.isArray(poses) ? `${poses.length}` : "no array";
+    throw new DynaSkinError(
+      "argument",
+      `stepAll needs an array of ${avatars.length} poses, one for each avatar; got ${got}.`,
+    );
+  }
+  for (const [idx, { disposed }] of avatars.entries()) {
+    checkLength(`pose ${idx}`, poses[idx], POSE_LENGTH);
+    if (!disposed) continue;
+    throw new DynaSkinError(
+      "disposed",
+      `Avatar ${idx} of the crowd was disposed; remove() it from the crowd first.`,
+    );
+  }
+}

@@ -4,6 +4,7 @@
  *
  * @module
  */
+
 import { DynaSkinError, guard, toDynaSkinError } from "./error.js";
 import type { Body } from "./model.js";
 import { AdaptiveResolution } from "./renderer/resolution.js";

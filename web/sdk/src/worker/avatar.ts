@@ -1,7 +1,7 @@
 import type { RemoteAvatar } from "../adapter/rig.js";
 import type { Avatar, StepTimings } from "../avatar.js";
 import type { RegionName } from "../bundle.js";
-import { checkObject } from "../check.js";
+import { checkObject, checkState } from "../check.js";
 import {
   type ControlChanges,
   type ControlPreset,
@@ -9,7 +9,6 @@ import {
   mergedControls,
 } from "../controls.js";
 import type { Detail } from "../detail.js";
-import { DynaSkinError } from "../error.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "../pose.js";
 import type { WorkerCrowd } from "./crowd.js";
 import type { Link } from "./link.js";
@@ -21,6 +20,7 @@ import {
   copySurface,
   type Shown,
   type Stepped,
+  SURFACE,
   type SurfaceArrays,
 } from "./protocol.js";
 import { checkTimeStep } from "./refusals.js";
@@ -56,6 +56,17 @@ export class WorkerAvatar
    * throws `argument`.
    */
   declare distanceM: number;
+  /** Rest-pose offsets, `[vertex][x, y, z]` flattened, metres; valid until the next task. */
+  declare readonly offsets: Float32Array;
+  /** Rest-pose positions with the offsets, `[vertex][x, y, z]` flattened, metres. */
+  declare readonly positions: Float32Array;
+  /** Unit normals of {@link positions}. */
+  declare readonly normals: Float32Array;
+  /**
+   * Per joint the matrix from rest-pose to world coordinates, `[joint][16]` flattened, column-major,
+   * of the pose that the surface belongs to.
+   */
+  declare readonly skinMatrices: Float32Array;
   #shown: Shown;
   #spare: SurfaceArrays | null = null;
   #timings: StepTimings | null = null;
@@ -71,6 +82,14 @@ export class WorkerAvatar
         },
         set(this: WorkerAvatar, value: unknown) {
           this.#set(name as keyof AvatarProperties, check(value as never) as never, silent);
+        },
+      });
+    }
+    for (const name of SURFACE) {
+      Object.defineProperty(WorkerAvatar.prototype, name, {
+        configurable: true,
+        get(this: WorkerAvatar) {
+          return this.#alive.surface[name];
         },
       });
     }
@@ -105,29 +124,6 @@ export class WorkerAvatar
     const failure = this.takeFailure();
     if (failure) throw failure;
     this.give([pose], dtSeconds);
-  }
-
-  /** Rest-pose offsets, `[vertex][x, y, z]` flattened, metres; valid until the next task. */
-  get offsets(): Float32Array {
-    return this.#alive.surface.offsets;
-  }
-
-  /** Rest-pose positions with the offsets, `[vertex][x, y, z]` flattened, metres. */
-  get positions(): Float32Array {
-    return this.#alive.surface.positions;
-  }
-
-  /** Unit normals of {@link positions}. */
-  get normals(): Float32Array {
-    return this.#alive.surface.normals;
-  }
-
-  /**
-   * Per joint the matrix from rest-pose to world coordinates, `[joint][16]` flattened, column-major,
-   * of the pose that the surface belongs to.
-   */
-  get skinMatrices(): Float32Array {
-    return this.#alive.surface.skinMatrices;
   }
 
   /** Shape coefficients β in standard deviations, as the present surface has them. */
@@ -219,9 +215,7 @@ export class WorkerAvatar
    */
   async restore(state: Uint8Array): Promise<void> {
     this.assertSound();
-    if (!(state instanceof Uint8Array)) {
-      throw new DynaSkinError("argument", "A saved state is a Uint8Array, as save() gives it.");
-    }
+    checkState(state);
     this.forgetPoses();
     this.flushAll();
     await this.ask(["restore", state]);

@@ -1,6 +1,6 @@
 import type { Crowd, CrowdReport, LevelOfDetail } from "../crowd.js";
 import { DynaSkinError } from "../error.js";
-import { checkLength, POSE_LENGTH, type Pose } from "../pose.js";
+import { checkPoses, type Pose } from "../pose.js";
 import { WorkerAvatar } from "./avatar.js";
 import type { Link } from "./link.js";
 import type { CrowdSettings } from "./protocol.js";
@@ -75,23 +75,9 @@ export class WorkerCrowd extends Remote<Crowd, CrowdSettings> {
    *   what the worker refused since the last step, of the crowd or of one of its avatars
    */
   stepAll(poses: readonly Pose[], dtSeconds: number): void {
-    if (!Array.isArray(poses) || poses.length !== this.#avatars.length) {
-      const got = Array.isArray(poses) ? `${poses.length}` : "no array";
-      throw new DynaSkinError(
-        "argument",
-        `stepAll needs an array of ${this.#avatars.length} poses, one for each avatar; got ${got}.`,
-      );
-    }
-    for (const [idx, pose] of poses.entries()) checkLength(`pose ${idx}`, pose, POSE_LENGTH);
-    checkTimeStep(dtSeconds);
     this.assertSound();
-    for (const [idx, avatar] of this.#avatars.entries()) {
-      if (!avatar.disposed) continue;
-      throw new DynaSkinError(
-        "disposed",
-        `Avatar ${idx} of the crowd was disposed; remove() it from the crowd first.`,
-      );
-    }
+    checkTimeStep(dtSeconds);
+    checkPoses(poses, this.#avatars);
     for (const part of [this, ...this.#avatars]) {
       const failure = part.takeFailure();
       if (failure) throw failure;

@@ -9,7 +9,8 @@ import { checkScale } from "./refusals.js";
 /** Arrays of one surface; they travel to the worker and back instead of being copied. */
 export type SurfaceArrays = Record<(typeof SURFACE)[number], Float32Array>;
 
-const SURFACE = ["offsets", "positions", "normals", "skinMatrices"] as const;
+/** What a surface is made of. */
+export const SURFACE = ["offsets", "positions", "normals", "skinMatrices"] as const;
 
 /** How the page deals with something that is set by assignment. */
 interface Setting<Value> {
@@ -140,13 +141,8 @@ export function buffersOf(surface: SurfaceArrays): ArrayBuffer[] {
 
 /** A surface of its own, from views that may change or go empty. */
 export function copySurface(source: SurfaceArrays): SurfaceArrays {
-  const { offsets, positions, normals, skinMatrices } = source;
-  return {
-    offsets: offsets.slice(),
-    positions: positions.slice(),
-    normals: normals.slice(),
-    skinMatrices: skinMatrices.slice(),
-  };
+  const copies = SURFACE.map((name) => [name, source[name].slice()]);
+  return Object.fromEntries(copies) as SurfaceArrays;
 }
 
 /** Copies a surface into another of the same body. */
