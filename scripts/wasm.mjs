@@ -1,13 +1,17 @@
-// Builds the two wasm files and their JavaScript glue into web/sdk/src/wasm.
+// Builds the two wasm files and their JavaScript glue into web/sdk/src/wasm, and the demo's core, which
+// has the code of the compared methods, into web/demo/wasm.
 import { createHash } from "node:crypto";
 import { existsSync, mkdirSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
-import { cargoTargetDir, ROOT, SDK } from "./lib/paths.mjs";
+import { cargoTargetDir, DEMO, ROOT, SDK } from "./lib/paths.mjs";
 import { run, say } from "./lib/run.mjs";
 import { ensureWasmBindgen } from "./toolchain.mjs";
 
 export const WASM_OUT = join(SDK, "src", "wasm");
+
+/** Where the demo's core lies; the demo's vite.config.ts puts it in the place of the package's. */
+const DEMO_OUT = join(DEMO, "wasm");
 
 /** `release` builds in a fraction of the time, for work on this machine only. */
 const PROFILE = process.env.DYNASKIN_WASM_PROFILE || "release-wasm";
@@ -40,19 +44,39 @@ const FEATURES = [
   "--enable-sign-ext",
 ];
 
+/** The core with the code of the compared methods. It shares the package's glue. */
+const GUESTS = {
+  name: "core_guests",
+  package: "dynaskin-wasm",
+  library: "dynaskin_wasm",
+  optimise: "-O3",
+  features: ["--features", "guests"],
+  out: DEMO_OUT,
+};
+
 /** Builds what changed; the glue and the optimised file are kept when cargo's output is the same. */
 export async function buildWasm() {
   const wasmBindgen = await ensureWasmBindgen();
-  for (const file of WASM_FILES) {
+  for (const file of [...WASM_FILES, GUESTS]) {
     await cargoBuild(file);
     await bindAndOptimise(file, wasmBindgen);
+  }
+  checkSharedGlue();
+}
+
+/** A core runs only under the glue that was generated with it. */
+function checkSharedGlue() {
+  const own = readFileSync(join(WASM_OUT, "core.js"), "utf8");
+  const shared = readFileSync(join(DEMO_OUT, "core_guests.js"), "utf8");
+  if (own.replaceAll("core_bg", "core_guests_bg") !== shared) {
+    throw new Error("The core with the compared methods needs another glue than the package's.");
   }
 }
 
 async function cargoBuild(file) {
-  say(`  compiling ${file.package} (${PROFILE})`);
+  say(`  compiling ${file.package} (${PROFILE}${file.features ? ", with the compared methods" : ""})`);
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
-  await run("cargo", [...args, "--profile", PROFILE], {
+  await run("cargo", [...args, ...(file.features ?? []), "--profile", PROFILE], {
     env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
   });
 }
@@ -64,19 +88,20 @@ async function bindAndOptimise(file, wasmBindgen) {
     PROFILE,
     `${file.library}.wasm`,
   );
-  const out = join(WASM_OUT, `${file.name}_bg.wasm`);
-  const stamp = join(WASM_OUT, `.${file.name}-stamp`);
+  const folder = file.out ?? WASM_OUT;
+  const out = join(folder, `${file.name}_bg.wasm`);
+  const stamp = join(folder, `.${file.name}-stamp`);
   const key = createHash("sha256")
     .update(readFileSync(compiled))
     .update([PROFILE, file.optimise, ...FEATURES].join(" "))
     .digest("hex");
   const fresh = existsSync(stamp) && existsSync(out) && readFileSync(stamp, "utf8") === key;
   if (!fresh) {
-    mkdirSync(WASM_OUT, { recursive: true });
+    mkdirSync(folder, { recursive: true });
     rmSync(stamp, { force: true });
     await run(wasmBindgen, [
       ...[compiled, "--target", "web", "--omit-default-module-path"],
-      ...["--out-dir", WASM_OUT, "--out-name", file.name],
+      ...["--out-dir", folder, "--out-name", file.name],
     ]);
     if (isFullProfile) await optimise(file, out);
     writeFileSync(stamp, key);

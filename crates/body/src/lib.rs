@@ -9,8 +9,6 @@
 //! A joint's rest frame is aligned with the model's axes. The model's origin lies on the floor
 //! under the pelvis, so a shape at zero pose and zero translation stands on y = 0.
 
-#[cfg(feature = "build")]
-pub mod build;
 mod error;
 mod glb;
 mod materials;

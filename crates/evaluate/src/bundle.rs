@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use dynaskin_motion::MODEL_RATE_HZ;
-use dynaskin_runtime::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile};
+use dynaskin_runtime::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -65,6 +65,8 @@ pub struct BundleParts<'a> {
     pub networks: &'a Networks,
     /// Body vertices that have offsets, ascending.
     pub vertices: &'a [u32],
+    /// What the networks learned from.
+    pub learned: Learned,
     /// How it came to be.
     pub training: &'a TrainingFacts,
 }
@@ -97,6 +99,7 @@ pub fn write_bundle(
         feature_kind: networks.feature_kind,
         feature_count: networks.feature_kind.count(),
         latent_count: networks.latent_count,
+        learned: parts.learned.clone(),
         vertices: parts.vertices.to_vec(),
         training: object(parts.training),
         measured: object(report),

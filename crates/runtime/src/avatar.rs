@@ -4,16 +4,17 @@ use std::sync::Arc;
 
 use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices};
 use glam::{Mat4, Vec3};
+use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
 use crate::controls::{Controls, in_range};
 use crate::model::Model;
 use crate::pipeline::{Member, Pipeline, StageSeconds, Stopwatch};
 use crate::shapes::ShapedModel;
-use crate::state::{Reader, Writer};
+use crate::state;
 use crate::surface::{Surface, VertexControls, skinning, vertex_controls};
-use crate::timeline::{Change, Detail, Settled, Showing, Shown, Timeline};
-use crate::tissue::Tissue;
+use crate::timeline::{Change, Detail, Settled, Showing, Shown, Timeline, TimelineMemory};
+use crate::tissue::{Memory, Tissue};
 
 /// Smallest scale of an avatar.
 pub const MIN_SCALE: f64 = 0.1;
@@ -26,6 +27,7 @@ pub const MAX_SHAPE_COEFFICIENT: f32 = 5.0;
 
 /// What one step did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StepReport {
     /// Ticks of the model that the step ran.
     pub ticks: usize,
@@ -62,6 +64,16 @@ struct Soft {
     vertex_controls: Vec<VertexControls>,
     /// Runs the networks where the avatar is stepped by itself; made with the first such step.
     pipeline: Option<Box<Pipeline>>,
+}
+
+/// All that a saved state holds.
+#[derive(Debug, Serialize, Deserialize)]
+struct Saved {
+    shape: [f32; SHAPE_COUNT],
+    controls: Controls,
+    timeline: TimelineMemory,
+    /// None without networks.
+    tissue: Option<Memory>,
 }
 
 impl Avatar {
@@ -174,7 +186,7 @@ impl Avatar {
     pub fn set_controls(&mut self, controls: &Controls) -> Result<(), RuntimeError> {
         controls.check()?;
         if let (Some(own), Some(soft)) = (&mut self.soft, self.model.soft()) {
-            let shares = controls.shares(soft.feature_kind());
+            let shares = controls.shares(soft.learned());
             let filters = soft.filters(self.model.body(), &shares)?;
             let root_inertia = controls.root_inertia.into();
             own.tissue
@@ -424,15 +436,13 @@ impl Avatar {
     /// time steps after [`Self::restore`] give the same numbers, bit by bit.
     /// The level of detail and visibility are the host's and not in it.
     pub fn save(&self) -> Vec<u8> {
-        let mut writer = Writer::new(&self.model.fingerprint());
-        writer.floats(&self.shaped.shape);
-        writer.double(self.timeline.scale());
-        self.controls.write(&mut writer);
-        self.timeline.write(&mut writer);
-        if let Some(soft) = &self.soft {
-            soft.tissue.write(&mut writer);
-        }
-        writer.finish()
+        let saved = Saved {
+            shape: self.shaped.shape,
+            controls: self.controls,
+            timeline: self.timeline.memory(),
+            tissue: self.soft.as_ref().map(|soft| soft.tissue.memory()),
+        };
+        state::to_bytes(&self.model.fingerprint(), &saved)
     }
 
     /// Goes on from where [`Self::save`] was called, on this avatar or another of the same model.
@@ -443,22 +453,25 @@ impl Avatar {
     /// or with another model; [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidShape`],
     /// [`RuntimeError::InvalidControl`] for what cannot be used in them. The avatar stays as it was.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RuntimeError> {
-        let mut reader = Reader::new(&self.model.fingerprint(), bytes)?;
-        let shape = checked_shape(&reader.floats(SHAPE_COUNT)?)?;
-        let scale = reader.double()?;
-        check_scale(scale)?;
-        let controls = Controls::read(&mut reader)?;
+        let saved: Saved = state::from_bytes(&self.model.fingerprint(), bytes)?;
+        let Saved {
+            shape,
+            controls,
+            timeline: time,
+            tissue: memory,
+        } = saved;
+        checked_shape(&shape)?;
+        check_scale(time.scale)?;
         controls.check()?;
-        let time = Timeline::read(&mut reader, scale)?;
-        let memory = match (&self.soft, self.model.soft()) {
-            (Some(own), Some(soft)) => {
-                let joints_rest_m = self.model.body().shaped(&shape).joints_m;
-                let responds = !controls.shares(soft.feature_kind()).are_predicted();
-                Some(own.tissue.read(&mut reader, &joints_rest_m, responds)?)
+        time.check()?;
+        match (&self.soft, self.model.soft(), &memory) {
+            (Some(own), Some(soft), Some(memory)) => {
+                let responds = !controls.shares(soft.learned()).are_predicted();
+                own.tissue.check(memory, responds)?;
             }
-            _ => None,
-        };
-        reader.finish()?;
+            (None, _, None) => {}
+            _ => return Err(state::invalid("it does not have this model's tissue")),
+        }
 
         self.set_shape(&shape)?;
         self.set_controls(&controls)?;

@@ -12,6 +12,7 @@ use crate::tissue::Tissue;
 
 /// Time spent per stage of a step, in the stopwatch's seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct StageSeconds {
     /// Kinematics and features of all ticks.
     pub features: f64,

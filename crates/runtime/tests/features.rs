@@ -242,7 +242,9 @@ fn every_kind_names_all_its_features() {
     for kind in [
         FeatureKind::Inertial,
         FeatureKind::InertialMaterials,
+        #[cfg(feature = "guests")]
         FeatureKind::PoseShape,
+        #[cfg(feature = "guests")]
         FeatureKind::PoseWindow,
     ] {
         let names = kind.names();
@@ -250,7 +252,9 @@ fn every_kind_names_all_its_features() {
         let distinct: std::collections::BTreeSet<_> = names.iter().collect();
         assert_eq!(distinct.len(), names.len(), "{kind:?}");
     }
+    #[cfg(feature = "guests")]
     assert_eq!(FeatureKind::PoseShape.count(), 69 + 10);
+    #[cfg(feature = "guests")]
     assert_eq!(FeatureKind::PoseWindow.count(), 3 * 75 + 10);
 }
 
@@ -276,6 +280,7 @@ fn materials_are_logarithms_before_the_shape() {
     assert_eq!(with[motion..motion + 12], expected);
 }
 
+#[cfg(feature = "guests")]
 #[test]
 fn a_window_holds_the_poses_newest_first_and_repeats_the_first() {
     let pose = |height: f64, angle: f64| {

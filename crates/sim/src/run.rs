@@ -100,6 +100,7 @@ pub enum Outcome {
 
 /// Why a data set or a clip of it could not be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RunError {
     /// A folder or file cannot be read or made.
     #[error("{path}: {reason}")]

@@ -69,6 +69,7 @@ pub struct ShellReport {
 
 /// Why no shell could be built.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
 pub enum ShellError {
     /// The model tells no tissue thickness or region weights.
     #[error(

