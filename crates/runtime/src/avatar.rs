@@ -224,8 +224,8 @@ impl Avatar {
         self.set_controls(&controls)
     }
 
-    /// Makes the avatar `scale` times as large as its body; the world's metre stays. All that the
-    /// tissue feels is in lengths of the body, so a doll and a giant whose poses are to scale move
+    /// Makes the avatar `scale` times as large as its body; the world's metre stays. All
+    /// inputs of the networks are in lengths of the body, so a doll and a giant whose poses are to scale move
     /// alike. The motion goes on; skin matrices follow with the next step.
     ///
     /// # Errors
@@ -534,7 +534,7 @@ impl Member for Avatar {
 
     fn begin_tick(&mut self, index: usize) -> Option<&mut Tissue> {
         let tissue = &mut self.soft.as_mut()?.tissue;
-        tissue.feel(&self.timeline.tick_pose(index)?);
+        tissue.push_pose(&self.timeline.tick_pose(index)?);
         Some(tissue)
     }
 

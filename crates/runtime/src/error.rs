@@ -70,7 +70,7 @@ pub enum RuntimeError {
         /// What it is.
         got: String,
     },
-    /// A file that the bundle names could not be had.
+    /// A file that the bundle names could not be read.
     #[error("the bundle's file `{file}` could not be read: {reason}")]
     ReadFile {
         /// The file's name in `bundle.json`.

@@ -129,11 +129,11 @@ impl Pipeline {
                 self.room = emptied(rows);
                 break;
             }
-            let felt = stopwatch();
+            let ready = stopwatch();
             predict(&mut self.sessions, &mut rows)?;
             let predicted = stopwatch();
-            seconds.features += felt - start;
-            seconds.predict += predicted - felt;
+            seconds.features += ready - start;
+            seconds.predict += predicted - ready;
             rows.retain_mut(|tissue| tissue.begin_response());
             if !rows.is_empty() {
                 self.sessions.decoder.decode_rows(&mut rows)?;

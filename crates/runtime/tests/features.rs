@@ -60,7 +60,7 @@ fn names_and_count_agree() {
 }
 
 #[test]
-fn standing_still_feels_gravity_alone() {
+fn standing_still_gravity_alone_is_measured() {
     let features = last_features(vec![Pose::REST; 5]);
     for (name, value) in FeatureKind::Inertial.names().iter().zip(features) {
         let expected = if name.ends_with("proper_acceleration.y") {

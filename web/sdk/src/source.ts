@@ -58,7 +58,7 @@ interface ReadOptions {
 /**
  * Reads a file to its end.
  *
- * @throws DynaSkinError `fetch` when it cannot be had.
+ * @throws DynaSkinError `fetch` when it cannot be downloaded.
  * @internal
  */
 export async function readBytes(source: FileSource, options: ReadOptions): Promise<Uint8Array> {

@@ -2,7 +2,7 @@
 
 use dynaskin_onnx::{Graph, Precision};
 
-use super::KIND;
+use super::config::KIND;
 use super::rig::Rig;
 use super::tuning::Spring;
 use dynaskin_train::TrainError;

@@ -4,7 +4,7 @@ use dynaskin_body::{BodyModel, Joint, Region, SHAPE_COUNT};
 use dynaskin_runtime::features::INERTIAL_JOINTS;
 use glam::Vec3;
 
-use super::KIND;
+use super::config::KIND;
 use super::tuning::Spring;
 use dynaskin_train::{TrainError, rest_features};
 

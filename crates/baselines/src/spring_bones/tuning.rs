@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use dynaskin_motion::MODEL_RATE_HZ;
 use serde::Serialize;
 
-use super::SpringBonesConfig;
+use super::config::SpringBonesConfig;
 use super::rig::Rig;
 
 /// What drives the springs in a clip, and where their tips should be.
@@ -26,7 +26,7 @@ pub(super) struct Spring {
     pub frequency_hz: f64,
     /// Damping ratio (1 = critical).
     pub damping_ratio: f64,
-    /// How much of the drive the mass feels; 1 for a free mass.
+    /// Share of the drive that acts on the mass; 1 for a free mass.
     pub gain: f64,
     /// Share of the tips' mean square over the training set that the spring explains.
     pub explained: f64,

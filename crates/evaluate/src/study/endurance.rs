@@ -4,8 +4,8 @@ use dynaskin_body::{BodyModel, Pose};
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use dynaskin_sim::ClipData;
 
+use super::contestant::{Contestant, mean};
 use super::groups::Groups;
-use super::{Contestant, mean};
 use dynaskin_train::{ClipEntry, DataSet, TrainError, features_of, motion_of, offsets_of};
 
 /// Length of the way from the last pose of a motion to the next one, in ticks.

@@ -80,7 +80,7 @@ impl MotionFeatures {
         }
     }
 
-    /// Scales how much of the pelvis's own acceleration the joints are said to feel; 1 (all of it)
+    /// Scales how much of the pelvis's own acceleration is in the features; 1 (all of it)
     /// is what networks are trained with.
     pub fn set_root_inertia(&mut self, root_inertia: f64) {
         self.root_inertia = root_inertia;

@@ -178,7 +178,7 @@ impl Tissue {
     }
 
     /// Computes the features of a tick at which the body takes `pose`.
-    pub fn feel(&mut self, pose: &Pose) {
+    pub fn push_pose(&mut self, pose: &Pose) {
         self.features.push(pose);
     }
 

@@ -5,7 +5,8 @@ use glam::{Mat3, Vec3};
 
 use super::columns::Columns;
 use super::inner::InnerSurface;
-use super::{Shell, ShellReport, Surface};
+use super::surface::Surface;
+use super::{Shell, ShellReport};
 use crate::contact::ContactSurface;
 use crate::settings::SimSettings;
 
