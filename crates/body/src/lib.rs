@@ -28,11 +28,11 @@ pub use materials::Materials;
 pub use model::{
     BodyModel, LEAST_THICKNESS_M, SHAPE_COUNT, SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
 };
-pub use normals::{vertex_normals, vertex_normals_into};
+pub use normals::{add_face_normals, vertex_normals, vertex_normals_into};
 pub use parts::PARTS;
 pub use region::{REGION_COUNT, Region};
 pub use sex::Sex;
 pub use skinning::{
-    SkinMatrices, Unposing, skin_dual_quaternion, skin_linear, unpose_dual_quaternion,
-    unpose_linear,
+    SkinMatrices, Unposing, skin_dual_quaternion, skin_linear, skin_surface,
+    unpose_dual_quaternion, unpose_linear,
 };

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices};
+use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices, skin_surface};
 use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -418,7 +418,7 @@ impl Avatar {
     /// Skins positions and normals to the last pose with linear blend skinning. Hosts that skin on
     /// a GPU do not need it.
     pub fn skin(&mut self) -> (&[Vec3], &[Vec3]) {
-        skinning::blend(
+        skin_surface(
             &self.model.body().skin,
             &self.skin,
             (&self.surface.positions_m, &self.surface.normals),

@@ -10,6 +10,7 @@
 mod config;
 mod export;
 mod rig;
+mod spring;
 mod tuning;
 
 use serde_json::json;
@@ -19,7 +20,8 @@ use dynaskin_train::{
     Networks, Set, Tissue, TrainError, TrainingInput, features_of, motion_of, offsets_of,
 };
 use rig::Rig;
-use tuning::{Recording, Spring, tune};
+use spring::Spring;
+use tuning::{Recording, tune};
 
 pub use config::SpringBonesConfig;
 
