@@ -1,8 +1,8 @@
 //! Learning Nonlinear Soft-Tissue Dynamics for Interactive Avatars (Casas & Otaduy 2018).
 //!
-//! A fully connected autoencoder makes 100 latents of an offset field; a network with one hidden
+//! A fully connected autoencoder maps an offset field to 100 latents. A network with one hidden
 //! layer of rectified linear units predicts the next latents from three poses and the two latents
-//! before; its loss is the distance of offset fields, each vertex weighted by how little rigid it
+//! before. Its loss is the distance of offset fields, each vertex weighted by how little rigid it
 //! is. What differs from the paper:
 //!
 //! - one network serves all body shapes, so β is an input;

@@ -66,9 +66,9 @@ pub enum FeatureKind {
     /// vector (rad) for each joint but the hands, and β.
     #[cfg(feature = "guests")]
     PoseShape,
-    /// The poses that Casas & Otaduy (2018, section 3.4) regress from: those of this tick and of the
-    /// two before it, newest first, each as root translation (m) and a rotation vector (rad) for
-    /// each joint; then β, which they did not need because they trained one network a subject.
+    /// The poses that Casas & Otaduy (2018, section 3.4) regress from, of this tick and of the two
+    /// before it, newest first. Each is a root translation (m) and a rotation vector (rad) for each
+    /// joint. Then β, which they did not need because they trained one network a subject.
     #[cfg(feature = "guests")]
     PoseWindow,
 }

@@ -3,9 +3,10 @@
 //! Soft tissue that moves a little is a sum of damped oscillations, each driven by the inertial
 //! forces in the bones' frames (modal analysis); what is left after that is what a general network
 //! has to learn. So the predictor is a **bank of damped springs**, whose drives, stiffnesses and
-//! dampings are learned and depend on the body's shape, followed by an **LSTM** (Hochreiter and
-//! Schmidhuber 1997, as in DSNet, Seo, Zou, Cordier 2021, section 5) that sees the springs and adds
-//! what is not linear: tissue stiffens with strain. One linear layer reads the latents off both.
+//! dampings are learned and depend on the body's shape. An **LSTM** follows (Hochreiter and
+//! Schmidhuber 1997, as in DSNet, Seo, Zou, Cordier 2021, section 5). It is connected to the
+//! springs and adds what is not linear: tissue stiffens with strain. One linear layer reads the
+//! latents off both.
 //!
 //! Per tick, with x the normalised motion and β what the body is like ([`super::PredictorInputs`]):
 //!
