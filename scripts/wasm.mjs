@@ -74,7 +74,9 @@ function checkSharedGlue() {
 }
 
 async function cargoBuild(file) {
-  say(`  compiling ${file.package} (${PROFILE}${file.features ? ", with the compared methods" : ""})`);
+  say(
+    `  compiling ${file.package} (${PROFILE}${file.features ? ", with the compared methods" : ""})`,
+  );
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
   await run("cargo", [...args, ...(file.features ?? []), "--profile", PROFILE], {
     env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
