@@ -1,13 +1,13 @@
 // npm run check:package: packs the crate `dynaskin` and those that it needs, unpacks them, and runs its
-// example in a crate that knows nothing but the unpacked ones. It compiles tract anew the first time, so
-// it is not part of npm test.
-import { cpSync, existsSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
+// example in a crate that knows nothing but the unpacked ones. It compiles for minutes where nothing has
+// been compiled yet, so it is not part of npm test.
+import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { CACHE, MODELS, ROOT } from "./lib/paths.mjs";
+import { CACHE, cargoTargetDir, MODELS, ROOT } from "./lib/paths.mjs";
 import { main, run, say, step } from "./lib/run.mjs";
 
 const FOLDER = join(CACHE, "check-package");
-const TARGET = join(FOLDER, "target");
+const PACKED = join(FOLDER, "packed");
 const UNPACKED = join(FOLDER, "crates");
 const SCRATCH = join(FOLDER, "scratch");
 const AVATARS = 4;
@@ -22,11 +22,11 @@ async function publishedCrates() {
 }
 
 async function pack(crates) {
-  rmSync(join(TARGET, "package"), { recursive: true, force: true });
+  rmSync(PACKED, { recursive: true, force: true });
   const names = crates.flatMap(({ name }) => ["-p", name]);
   // The scratch crate below compiles what was packed.
   await run("cargo", ["package", ...names, "--no-verify", "--allow-dirty"], {
-    env: { CARGO_TARGET_DIR: TARGET },
+    env: { CARGO_TARGET_DIR: PACKED },
     quiet: true,
   });
 }
@@ -35,7 +35,7 @@ async function unpack(crates) {
   rmSync(UNPACKED, { recursive: true, force: true });
   mkdirSync(UNPACKED, { recursive: true });
   for (const { name, version } of crates) {
-    const file = join(TARGET, "package", `${name}-${version}.crate`);
+    const file = join(PACKED, "package", `${name}-${version}.crate`);
     await run("tar", ["-xzf", file, "-C", UNPACKED], { quiet: true });
     for (const needed of ["Cargo.toml", "README.md", "src/lib.rs"]) {
       if (existsSync(join(UNPACKED, `${name}-${version}`, needed))) continue;
@@ -60,6 +60,7 @@ function writeScratch(crates) {
       '[package]\nname = "scratch"\nversion = "0.0.0"\nedition = "2024"\npublish = false\n\n',
       `[dependencies]\ndynaskin = "${own.version}"\n\n[workspace]\n\n[patch.crates-io]\n`,
       ...patches,
+      `\n${devProfile()}`,
     ].join(""),
   );
   writeFileSync(join(SCRATCH, "src", "lib.rs"), "");
@@ -68,14 +69,24 @@ function writeScratch(crates) {
   cpSync(join(ROOT, "Cargo.lock"), join(SCRATCH, "Cargo.lock"));
 }
 
+/** The workspace's settings for builds, so that what its tests compiled is used again. */
+function devProfile() {
+  const manifest = readFileSync(join(ROOT, "Cargo.toml"), "utf8");
+  const [profile] = /\[profile\.dev\][\s\S]*?(?=\n\[profile\.release\])/.exec(manifest) ?? [];
+  if (!profile) throw new Error("Cargo.toml has no [profile.dev] before [profile.release].");
+  return `${profile}\n`;
+}
+
 async function runExample() {
   const cargo = (...args) =>
-    run("cargo", args, { cwd: SCRATCH, env: { CARGO_TARGET_DIR: TARGET }, quiet: true });
-  await cargo("build", "--release", "--examples");
+    run("cargo", args, {
+      cwd: SCRATCH,
+      env: { CARGO_TARGET_DIR: cargoTargetDir() },
+      quiet: true,
+    });
+  await cargo("build", "--examples");
   const model = join(MODELS, "female");
-  const { output } = await cargo(
-    ...["run", "--release", "--example", "crowd", "--", model, `${AVATARS}`],
-  );
+  const { output } = await cargo("run", "--example", "crowd", "--", model, `${AVATARS}`);
   if (!output.includes(" ms a step")) throw new Error(`The example said:\n${output}`);
   for (const line of output.trim().split("\n")) say(`  ${line}`);
 }
