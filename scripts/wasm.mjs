@@ -1,4 +1,5 @@
-// Builds the two wasm files and their JavaScript glue into web/sdk/src/wasm.
+// Builds the two wasm files and their JavaScript glue into web/sdk/src/wasm, and the demo's core, which
+// has the code of the compared methods, into web/demo/wasm.
 import { createHash } from "node:crypto";
 import {
   copyFileSync,
@@ -12,11 +13,14 @@ import {
 } from "node:fs";
 import { join } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
-import { cargoTargetDir, ROOT, SDK } from "./lib/paths.mjs";
+import { cargoTargetDir, DEMO, ROOT, SDK } from "./lib/paths.mjs";
 import { run, say } from "./lib/run.mjs";
 import { ensureWasmBindgen } from "./toolchain.mjs";
 
 export const WASM_OUT = join(SDK, "src", "wasm");
+
+/** Where the demo's core lies; the demo's vite.config.ts puts it in the place of the package's. */
+const DEMO_OUT = join(DEMO, "wasm");
 
 /** Cargo's profile of what is published: optimised for size and speed, in minutes. */
 export const PUBLISHED = "release-wasm";
@@ -57,28 +61,52 @@ const FEATURES = [
   "--enable-sign-ext",
 ];
 
+/** The core with the code of the compared methods. It shares the package's glue. */
+const GUESTS = {
+  name: "core_guests",
+  package: "dynaskin-wasm",
+  library: "dynaskin_wasm",
+  optimise: "-O3",
+  features: ["--features", "guests"],
+  out: DEMO_OUT,
+};
+
 /**
- * Builds what changed, and puts it into the SDK's sources. Each profile's glue and optimised files are
+ * Builds what changed, and puts it where the SDK and the demo look for it. Each profile's glue and optimised files are
  * kept beside cargo's output, for as long as that is the same.
  */
 export async function buildWasm(profile = process.env.DYNASKIN_WASM_PROFILE || PUBLISHED) {
   const wasmBindgen = await ensureWasmBindgen();
   const bound = join(cargoTargetDir(), "wasm32-unknown-unknown", profile, "bound");
-  for (const file of WASM_FILES) {
+  for (const file of [...WASM_FILES, GUESTS]) {
     await cargoBuild(file, profile);
     await bindAndOptimise(file, profile, bound, wasmBindgen);
+    const out = file.out ?? WASM_OUT;
+    mkdirSync(out, { recursive: true });
+    for (const name of readdirSync(bound)) {
+      if (new RegExp(`^${file.name}(_bg)?\\.`).test(name)) {
+        copyFileSync(join(bound, name), join(out, name));
+      }
+    }
   }
-  mkdirSync(WASM_OUT, { recursive: true });
-  for (const name of readdirSync(bound)) {
-    if (!name.endsWith("-stamp")) copyFileSync(join(bound, name), join(WASM_OUT, name));
-  }
+  checkSharedGlue();
   writeFileSync(PROFILE_STAMP, profile);
 }
 
+/** A core runs only under the glue that was generated with it. */
+function checkSharedGlue() {
+  const own = readFileSync(join(WASM_OUT, "core.js"), "utf8");
+  const shared = readFileSync(join(DEMO_OUT, "core_guests.js"), "utf8");
+  if (own.replaceAll("core_bg", "core_guests_bg") !== shared) {
+    throw new Error("The core with the compared methods needs another glue than the package's.");
+  }
+}
+
 async function cargoBuild(file, profile) {
-  say(`  compiling ${file.package} (${profile})`);
+  const guests = file.features ? ", with the compared methods" : "";
+  say(`  compiling ${file.package} (${profile}${guests})`);
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
-  await run("cargo", [...args, "--profile", profile], {
+  await run("cargo", [...args, ...(file.features ?? []), "--profile", profile], {
     env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
   });
 }

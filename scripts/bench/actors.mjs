@@ -21,7 +21,9 @@ export async function measureActors({ model, kinds, backend, size }) {
   const renderer = await createRenderer(canvas, { backend });
   renderer.resize(...size, 1);
   renderer.setCamera({ eyeWorldM: [0, 1.3, 6.5], targetWorldM: [0, 0.9, 0], fovYRadians: 0.45 });
-  const own = await load({ model });
+  // The compared methods are in the demo's core alone.
+  const wasm = "/web/demo/wasm/core_guests_bg.wasm";
+  const own = await load({ model, wasm });
   const actors = [];
   for (const [index, kind] of kinds.entries()) {
     const avatar = await createAvatar(load, model, own, kind);

@@ -1,6 +1,6 @@
 import { existsSync, readdirSync, readFileSync, statSync } from "node:fs";
-import { join } from "node:path";
-import { defineConfig, type Plugin } from "vite";
+import { join, relative } from "node:path";
+import { defineConfig, normalizePath, type Plugin } from "vite";
 
 // An isolated page's performance.now() steps by 5 µs instead of 100 µs. Nothing else needs it.
 const ISOLATION = {
@@ -10,7 +10,10 @@ const ISOLATION = {
 
 const MODELS = join(import.meta.dirname, "..", "..", "models");
 const CLIPS = join(import.meta.dirname, "clips");
-const WASM = join(import.meta.dirname, "..", "sdk", "dist", "wasm");
+const SDK = join(import.meta.dirname, "..", "sdk", "dist");
+const WASM = join(SDK, "wasm");
+/** The core with the code of the compared methods, which the package's is without. */
+const GUESTS = join(import.meta.dirname, "wasm", "core_guests_bg.wasm");
 
 const namesIn = (folder: string) => (existsSync(folder) ? readdirSync(folder).toSorted() : []);
 
@@ -43,7 +46,7 @@ function measureFiles(): Record<string, number> {
           .map((name): [string, string] => [name, join(folder, name)])
       : [];
   const files = [
-    ["core", join(WASM, "core_bg.wasm")],
+    ["core", GUESTS],
     ["renderer", join(WASM, "renderer_bg.wasm")],
     ...filesIn(MODELS, /(\.onnx|body\.glb|bundle\.json)$/),
     ...filesIn(CLIPS, /\.safetensors$/).map(([name, path]) => [`clips/${name}`, path] as const),
@@ -61,12 +64,29 @@ function virtualModule(name: string, make: () => unknown): Plugin {
   };
 }
 
+/** Puts the core with the compared methods in the place of the package's. Both have the same glue. */
+function coreWithGuests(): Plugin {
+  const importer = normalizePath(join(SDK, "core.js"));
+  const own = '"./wasm/core_bg.wasm"';
+  const guests = JSON.stringify(normalizePath(relative(SDK, GUESTS)));
+  return {
+    name: "core-with-guests",
+    enforce: "pre",
+    transform(code, id) {
+      if (normalizePath(id.split("?")[0] ?? id) !== importer) return null;
+      if (!code.includes(own)) throw new Error(`${importer} does not name ${own}.`);
+      return code.replace(own, guests);
+    },
+  };
+}
+
 export default defineConfig({
   // Relative, so that the built page works from any folder of any web server.
   base: "./",
   // The models as they lie in the repository: female/bundle.json, male/bundle.json, ...
   publicDir: "../../models",
   plugins: [
+    coreWithGuests(),
     virtualModule("virtual:methods", findMethods),
     virtualModule("virtual:traits", readTraits),
     virtualModule("virtual:sizes", measureFiles),

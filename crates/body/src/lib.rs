@@ -9,8 +9,6 @@
 //! A joint's rest frame is aligned with the model's axes. The model's origin lies on the floor
 //! under the pelvis, so a shape at zero pose and zero translation stands on y = 0.
 
-#[cfg(feature = "build")]
-pub mod build;
 mod error;
 mod glb;
 mod materials;
@@ -31,11 +29,11 @@ pub use model::{
     BodyModel, LEAST_THICKNESS_M, MAX_EXTENT_M, MAX_SHAPE_COEFFICIENT, SHAPE_COUNT,
     SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
 };
-pub use normals::{vertex_normals, vertex_normals_into};
+pub use normals::{add_face_normals, vertex_normals, vertex_normals_into};
 pub use parts::PARTS;
 pub use region::{REGION_COUNT, Region};
 pub use sex::Sex;
 pub use skinning::{
-    SkinMatrices, Unposing, skin_dual_quaternion, skin_linear, unpose_dual_quaternion,
-    unpose_linear,
+    SkinMatrices, Unposing, skin_dual_quaternion, skin_linear, skin_surface,
+    unpose_dual_quaternion, unpose_linear,
 };

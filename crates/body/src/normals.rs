@@ -22,14 +22,23 @@ pub fn vertex_normals_into(positions_m: &[Vec3], faces: &[[u32; 3]], normals: &m
     accumulate(positions_m, faces, normals);
 }
 
-fn accumulate(positions_m: &[Vec3], faces: &[[u32; 3]], normals: &mut [Vec3]) {
+/// Adds each face's normal, times twice its area, to the sums of its corners.
+///
+/// # Panics
+/// When a face names a vertex that does not exist.
+pub fn add_face_normals(faces: &[[u32; 3]], positions_m: &[Vec3], sums: &mut [Vec3]) {
     for face in faces {
         let [a, b, c] = face.map(|v| v as usize);
-        let area = (positions_m[b] - positions_m[a]).cross(positions_m[c] - positions_m[a]);
-        normals[a] += area;
-        normals[b] += area;
-        normals[c] += area;
+        let origin_m = positions_m[a];
+        let area = (positions_m[b] - origin_m).cross(positions_m[c] - origin_m);
+        sums[a] += area;
+        sums[b] += area;
+        sums[c] += area;
     }
+}
+
+fn accumulate(positions_m: &[Vec3], faces: &[[u32; 3]], normals: &mut [Vec3]) {
+    add_face_normals(faces, positions_m, normals);
     for normal in normals {
         *normal = normal.normalize_or(Vec3::Y);
     }

@@ -102,6 +102,29 @@ pub fn skin_linear(
     }
 }
 
+/// As [`skin_linear`], of positions and unit normals in one pass: `rest` into `skinned`, each
+/// `[vertex]`; where the slices differ in length, as many as the shortest has.
+///
+/// Normals take the blended matrix itself, not its inverse transpose: it is a scaled rotation but for
+/// a shear where joints disagree.
+pub fn skin_surface(
+    weights: &[SkinWeights],
+    matrices: &SkinMatrices,
+    rest: (&[Vec3], &[Vec3]),
+    skinned: (&mut [Vec3], &mut [Vec3]),
+) {
+    let sources = weights.iter().zip(rest.0.iter().zip(rest.1));
+    let targets = skinned.0.iter_mut().zip(skinned.1);
+    for ((weights, (position, normal)), (skinned_position, skinned_normal)) in sources.zip(targets)
+    {
+        let world_from_rest = matrices.blended(weights);
+        *skinned_position = world_from_rest.transform_point3(*position);
+        *skinned_normal = world_from_rest
+            .transform_vector3(*normal)
+            .normalize_or(*normal);
+    }
+}
+
 /// Inverse of [`skin_linear`] per vertex: `world_m` to `rest_m`.
 ///
 /// A vertex whose blend is singular is handled as [`SkinMatrices::unposing`] says.

@@ -2,8 +2,8 @@
 //!
 //! Users bring their own licensed file; nothing of it is part of this project. Keys and shapes are
 //! those of the published files: `v_template` [V,3], `shapedirs` [V,3,S], `posedirs` [V,3,207]
-//! (optional), `J_regressor` [24,V], `weights` [V,24], `kintree_table` [2,24], `f` [F,3]; floats of
-//! 32 or 64 bits, integers of 32 or 64 bits, in C or Fortran order.
+//! (optional), `J_regressor` [24,V], `weights` [V,24], `kintree_table` [2,24], `f` [F,3]. Floats
+//! and integers have 32 or 64 bits, in C or Fortran order.
 
 use std::io::Cursor;
 
@@ -28,9 +28,9 @@ impl BodyModel {
     ///
     /// Only the first ten shape coefficients are kept (fewer are filled up with zeros), and the
     /// four largest weights of each vertex, renormalised. The body is moved so that, as for the
-    /// default bodies, the origin lies on the floor under the pelvis: under every shape the vertex
-    /// lowest at β = 0 stays at y = 0, which moves SMPL's `trans` by a constant per shape. The
-    /// model has neither thickness, regions nor colours.
+    /// default bodies, the origin lies on the floor under the pelvis. Under every shape the vertex
+    /// that is lowest at β = 0 stays at y = 0, which moves SMPL's `trans` by a constant per shape.
+    /// The model has neither thickness, regions nor colours.
     ///
     /// # Errors
     /// [`BodyError::Npz`] where the bytes are no such archive or an array is missing, of another

@@ -138,7 +138,7 @@ fn the_whole_report_has_its_sections_and_files() {
             .iter()
             .all(|row| row.1[0] > 0.0 && row.1[1] == 1.0)
     );
-    // Inertial features feel neither shift nor turn.
+    // Inertial features depend on neither shift nor turn.
     let places = table("places", 1);
     assert_eq!(places.len(), 5 * (methods.len() - 1));
     let ratios: Vec<f64> = places.iter().map(|row| row.1[3]).collect();

@@ -4,15 +4,15 @@ use std::fs;
 use std::path::Path;
 
 use dynaskin_motion::MODEL_RATE_HZ;
-use dynaskin_runtime::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile};
-use serde::{Deserialize, Serialize};
+use dynaskin_runtime::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned};
+use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::card::model_card;
-use crate::method::Method;
+use crate::facts::TrainingFacts;
 use crate::report::Report;
+use dynaskin_train::Networks;
 use dynaskin_train::TrainError;
-use dynaskin_train::{Networks, Split};
 
 const BODY_FILE: &str = "body.glb";
 const PREDICTOR_FILE: &str = "predictor.onnx";
@@ -20,39 +20,6 @@ const DECODER_FILE: &str = "decoder.onnx";
 const CARD_FILE: &str = "MODEL_CARD.md";
 const BUNDLE_FILE: &str = "bundle.json";
 const LICENCE: &str = "MIT OR Apache-2.0";
-
-/// How a model came to be, as it stands under `training` in `bundle.json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrainingFacts {
-    /// The method.
-    pub method: Method,
-    /// What the networks are, in words.
-    pub networks: String,
-    /// The data in words.
-    pub data: String,
-    /// Seed of the run (also in `config`; here where every bundle has it).
-    pub seed: u64,
-    /// Clips learned from, not counting mirror images made while training.
-    pub clips: usize,
-    /// Their frames.
-    pub frames: usize,
-    /// Frames that decided which epoch to keep.
-    pub validation_frames: usize,
-    /// Number of vertices with offsets.
-    pub vertices: usize,
-    /// Number of trained weights of predictor and decoder.
-    pub parameters: usize,
-    /// The epoch whose weights these are, from 1.
-    pub best_epoch: usize,
-    /// Minutes of training.
-    pub minutes: f64,
-    /// Settings.
-    pub config: Value,
-    /// What was held out.
-    pub split: Split,
-    /// Settings of the simulator.
-    pub simulator: Value,
-}
 
 /// The parts of a bundle that training makes.
 #[derive(Debug)]
@@ -67,6 +34,8 @@ pub struct BundleParts<'a> {
     pub networks: &'a Networks,
     /// Body vertices that have offsets, ascending.
     pub vertices: &'a [u32],
+    /// What the networks learned from.
+    pub learned: Learned,
     /// How it came to be.
     pub training: &'a TrainingFacts,
 }
@@ -95,6 +64,7 @@ pub fn write_bundle(
         feature_kind: networks.feature_kind,
         feature_count: networks.feature_kind.count(),
         latent_count: networks.latent_count,
+        learned: parts.learned.clone(),
         vertices: parts.vertices.to_vec(),
         training: object(parts.training),
         measured: object(report),

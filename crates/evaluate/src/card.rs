@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::bundle::TrainingFacts;
+use crate::facts::TrainingFacts;
 use crate::report::{Errors, Report};
 
 /// What the mocap database asks for.

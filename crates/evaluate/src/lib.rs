@@ -5,15 +5,19 @@
 
 mod bundle;
 mod card;
+mod facts;
+mod linear;
 mod method;
 mod placement;
 mod player;
 mod report;
 pub mod study;
 
-pub use bundle::{BundleParts, TrainingFacts, write_bundle};
+pub use bundle::{BundleParts, write_bundle};
 pub use card::model_card;
+pub use facts::TrainingFacts;
+pub use linear::LinearDecoder;
 pub use method::Method;
 pub use placement::{Placement, PlacementErrors, evaluate_placements};
 pub use player::Player;
-pub use report::{Errors, LinearDecoder, Report, SetReport, evaluate};
+pub use report::{Errors, Report, SetReport, evaluate};

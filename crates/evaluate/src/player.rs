@@ -9,7 +9,7 @@ use dynaskin_runtime::{
     Bundle, Decoder, DecoderSession, Predictor, PredictorSession, RuntimeError,
 };
 
-use crate::report::LinearDecoder;
+use crate::linear::LinearDecoder;
 use dynaskin_train::TrainError;
 
 /// The networks of one bundle.

@@ -3,7 +3,6 @@
 use dynaskin_body::{BodyModel, Pose, Region};
 use dynaskin_motion::MODEL_RATE_HZ;
 use dynaskin_sim::ClipData;
-use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
 use crate::player::Player;
@@ -267,38 +266,10 @@ fn mean_length(field: &[f32]) -> f64 {
     lengths(field).sum::<f64>() / (field.len() / 3).max(1) as f64
 }
 
-/// A linear decoder as a matrix, for the error that remains with the best latents.
-pub struct LinearDecoder {
-    /// An orthonormal basis of what the decoder can give, `[coordinate][direction]`.
-    range: DMatrix<f32>,
-    /// The same, transposed.
-    transposed: DMatrix<f32>,
-}
-
-impl LinearDecoder {
-    /// From what the decoder gives for each unit latent, `[latent][coordinate]` flat.
-    pub fn new(unit_fields: Vec<f32>, latents: usize) -> Self {
-        let coordinates = unit_fields.len() / latents.max(1);
-        let columns = DMatrix::from_vec(coordinates, latents, unit_fields);
-        let range = columns.qr().q();
-        Self {
-            transposed: range.transpose(),
-            range,
-        }
-    }
-
-    /// For each frame of offsets the nearest field that the decoder can give.
-    fn nearest(&self, offsets: &[f32]) -> Vec<f32> {
-        let frames = offsets.len() / self.range.nrows().max(1);
-        let columns = DMatrixView::from_slice(offsets, self.range.nrows(), frames);
-        let latents = &self.transposed * columns;
-        (&self.range * latents).as_slice().to_vec()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linear::LinearDecoder;
     use dynaskin_train::fixture;
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! Casas & Otaduy (2018), Eqs. 4-5, and DSNet (2021), Eq. 5: shape coefficients β from the first
 //! frame, joint rotations θ and root translation of every frame by least squares with rigidity
-//! weights in the *unposed* state, then the offsets of the soft tissue,
-//! `Δ = unpose(S) - (T + M_S(β) + M_P(θ))`, in metres in the rest pose.
+//! weights in the *unposed* state. Then the offsets of the soft tissue, `Δ = unpose(S) - (T +
+//! M_S(β) + M_P(θ))`, in metres in the rest pose.
 //!
 //! [`Scans`] reads sequences, [`fit_sequence`] fits them, [`FittedSequence`] goes out as an
 //! AMASS-like `.npz` or as a clip that `dynaskin train` takes. [`check_fit`] measures all of it on

@@ -1,6 +1,7 @@
 //! Mesh sequences of the body's topology: from an `.npz` file or a folder of OBJ or PLY files.
 
 mod folder;
+mod mesh;
 mod obj_file;
 mod ply_file;
 
@@ -9,14 +10,13 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use dynaskin_body::BodyModel;
-use dynaskin_motion::{MAX_CLIP_FRAMES, UpAxis};
+use dynaskin_motion::UpAxis;
 use dynaskin_npz::Archive;
 use glam::Vec3;
 
 use crate::FitError;
+use mesh::{MAX_NUMBERS, check_frames, vertex_count};
 
-/// Most numbers of a sequence held in memory: 4 GB in single precision, 50,000 frames of SMPL.
-const MAX_NUMBERS: usize = 1 << 30;
 /// An unpacked array of double precision numbers of that count.
 const MAX_ARRAY_BYTES: u64 = (MAX_NUMBERS as u64 * 8) + 4096;
 /// Diagonal of a bounding box that a crouching child or a reaching giant can have, in metres.
@@ -182,19 +182,6 @@ fn check_rate(rate_hz: f64) -> Result<(), FitError> {
     }
 }
 
-/// Refuses more frames than are held in memory.
-fn check_frames(path: &Path, frames: usize, vertices: usize) -> Result<(), FitError> {
-    let limit = (MAX_NUMBERS / (3 * vertices.max(1))).min(MAX_CLIP_FRAMES);
-    if frames <= limit {
-        return Ok(());
-    }
-    Err(FitError::TooLarge {
-        path: path.to_owned(),
-        got: format!("{frames} frames"),
-        limit: format!("{limit} frames"),
-    })
-}
-
 fn read_npz(path: &Path, body: &BodyModel, key: &str) -> Result<Vec<Vec3>, FitError> {
     let failed = |source| FitError::Npz {
         path: path.to_owned(),
@@ -227,13 +214,4 @@ fn read_npz(path: &Path, body: &BodyModel, key: &str) -> Result<Vec<Vec3>, FitEr
         .chunks_exact(3)
         .map(Vec3::from_slice)
         .collect())
-}
-
-fn vertex_count(path: &Path, body: &BodyModel, got: usize) -> FitError {
-    FitError::Topology {
-        path: path.to_owned(),
-        what: "the number of vertices",
-        expected: body.vertex_count().to_string(),
-        got: got.to_string(),
-    }
 }

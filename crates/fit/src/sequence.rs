@@ -40,9 +40,9 @@ pub struct FitOptions {
     /// Shape coefficients known beforehand, in standard deviations; none fits them to the first
     /// frame.
     pub shape: Option<[f32; SHAPE_COUNT]>,
-    /// Whether the offsets are counted from the subject's own surface: what is left of the first
-    /// frame after fitting its β is then no soft tissue, but a body that ten coefficients cannot
-    /// make, and is taken away from every frame. The first frame must then be at rest.
+    /// Whether the offsets are counted from the subject's own surface. What is left of the first
+    /// frame after fitting its β is then no soft tissue but a body outside the shape space, and is
+    /// subtracted from every frame. The first frame must then be at rest.
     pub own_surface: bool,
 }
 

@@ -25,7 +25,7 @@ impl Parts {
 }
 
 /// The pose whose parts lie best on the scan's, down the chain: the rotation of each joint in the
-/// world is that of its part (Kabsch 1976), or its parent's where the part is too small; the root
+/// world is that of its part (Kabsch 1976), or its parent's where the part is too small. The root
 /// is where the pelvis' part puts it.
 pub(crate) fn pose_by_parts(
     shaped: &ShapedBody,

@@ -3,8 +3,8 @@
 //! [`read`] goes from the bytes of a file to a graph of tract's core operators. tract's own ONNX
 //! front end registers every operator it has, builds an untyped model first, and panics on some
 //! malformed files. The networks of the contract need fewer than twenty operators, so this crate
-//! checks a graph value by value, with its own shape inference, and wires the operators directly:
-//! malformed files become typed errors, and the linker drops the rest of the front end from the
+//! checks a graph value by value, with its own shape inference, and wires the operators directly.
+//! Malformed files become typed errors, and the linker drops the rest of the front end from the
 //! wasm file.
 //!
 //! A [`Graph`] goes the other way. It is filled value by value; every operation checks shapes as it

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Figure, SIZE, bent_pose, differing_share, mean_difference, picture, renderer};
+use common::{SIZE, TestBody, bent_pose, differing_share, mean_difference, picture, renderer};
 use dynaskin_render::{Camera, OffsetSizes, PixelSize, SkinningPath, heat_ramp_srgb};
 use glam::Vec3;
 
@@ -25,9 +25,9 @@ fn the_picture_shows_a_body_of_the_right_size() {
             return;
         };
         let empty = picture(&mut renderer);
-        let id = Figure::standing().add_to(&mut renderer, OffsetSizes::Zero);
+        let id = TestBody::standing().add_to(&mut renderer, OffsetSizes::Zero);
         let with_body = picture(&mut renderer);
-        // The figure is 1.7 m of 2.2 m tall, a fifth of that wide, plus its shadow.
+        // The body is 1.7 m of 2.2 m tall, a fifth of that wide, plus its shadow.
         let share = differing_share(&empty, &with_body, 12);
         assert!((0.06..0.30).contains(&share), "{path:?}: {share}");
         assert!(
@@ -47,7 +47,7 @@ fn both_skinning_paths_draw_the_same_picture() {
         .iter()
         .filter_map(|&path| renderer("both_skinning_paths_draw_the_same_picture", path))
         .map(|mut renderer| {
-            let id = Figure::standing().add_to(&mut renderer, OffsetSizes::Zero);
+            let id = TestBody::standing().add_to(&mut renderer, OffsetSizes::Zero);
             renderer.set_skin_matrices(id, &bent_pose(0.3)).unwrap();
             picture(&mut renderer)
         })
@@ -80,7 +80,7 @@ fn the_floor_under_the_body_is_shadowed() {
         })
         .unwrap();
     let lit = picture(&mut renderer);
-    Figure::standing().add_to(&mut renderer, OffsetSizes::Zero);
+    TestBody::standing().add_to(&mut renderer, OffsetSizes::Zero);
     let shadowed = picture(&mut renderer);
     // A point of the floor on the line from the head away from the key light.
     let at = |x_m: f32, z_m: f32| {
@@ -132,7 +132,7 @@ fn the_heat_map_shows_the_legends_colors() {
             ..Camera::default()
         };
         renderer.set_camera(camera).unwrap();
-        let figure = Figure::standing();
+        let body = TestBody::standing();
         // The body's left half (+X, right in the picture) is off by 20 mm, given as vectors.
         let offset = |x_m: f32| {
             if x_m > 0.0 {
@@ -141,14 +141,14 @@ fn the_heat_map_shows_the_legends_colors() {
                 [0.0; 3]
             }
         };
-        let offsets_m: Vec<f32> = figure
+        let offsets_m: Vec<f32> = body
             .positions_m
             .as_chunks::<3>()
             .0
             .iter()
             .flat_map(|p| offset(p[0]))
             .collect();
-        figure.add_to(&mut renderer, OffsetSizes::Vectors(&offsets_m));
+        body.add_to(&mut renderer, OffsetSizes::Vectors(&offsets_m));
         let painted = picture(&mut renderer);
         renderer.set_heat_map(Some(20.0)).unwrap();
         let heated = picture(&mut renderer);
@@ -182,7 +182,7 @@ fn a_resized_picture_has_the_new_size() {
     else {
         return;
     };
-    Figure::standing().add_to(&mut renderer, OffsetSizes::Zero);
+    TestBody::standing().add_to(&mut renderer, OffsetSizes::Zero);
     for (css, ratio, bytes) in [((50.0, 30.0), 1.5, 75 * 45 * 4), ((1.0, 1.0), 1.0, 4)] {
         renderer.resize(PixelSize::from_css(css.0, css.1, ratio).unwrap());
         renderer.render().unwrap();

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Figure, bent_pose, renderer};
+use common::{TestBody, bent_pose, renderer};
 use dynaskin_render::{BodyMesh, OffsetSizes, RenderError, SkinningPath};
 use glam::{DMat4, DVec3, Mat4};
 
@@ -18,31 +18,29 @@ fn noise(seed: u64) -> impl FnMut() -> f32 {
 }
 
 /// A cloud the size of an avatar with four random joints and weights a vertex.
-fn cloud(n_vertices: usize) -> Figure {
+fn cloud(n_vertices: usize) -> TestBody {
     let mut next = noise(7);
-    let mut figure = Figure::default();
+    let mut body = TestBody::default();
     for _ in 0..n_vertices {
-        figure
-            .positions_m
+        body.positions_m
             .extend([next() - 0.5, 2.0 * next(), next() - 0.5]);
-        figure.normals.extend([0.0, 1.0, 0.0]);
-        figure
-            .joints
+        body.normals.extend([0.0, 1.0, 0.0]);
+        body.joints
             .extend([next(), next(), next(), next()].map(|x| (x * 24.0) as u8));
         let raw = [next() + 0.5, next(), next(), next()];
         let sum: f32 = raw.iter().sum();
-        figure.weights.extend(raw.map(|weight| weight / sum));
+        body.weights.extend(raw.map(|weight| weight / sum));
     }
-    figure.faces.extend([0, 1, 2]);
-    figure
+    body.faces.extend([0, 1, 2]);
+    body
 }
 
 /// Linear-blend skinning in double precision.
-fn skinned_on_cpu(figure: &Figure, world_from_rest: &[Mat4; 24]) -> Vec<DVec3> {
+fn skinned_on_cpu(body: &TestBody, world_from_rest: &[Mat4; 24]) -> Vec<DVec3> {
     let matrices = world_from_rest.map(|matrix| matrix.as_dmat4());
-    let positions = figure.positions_m.as_chunks::<3>().0;
-    let joints = figure.joints.as_chunks::<4>().0;
-    let weights = figure.weights.as_chunks::<4>().0;
+    let positions = body.positions_m.as_chunks::<3>().0;
+    let joints = body.joints.as_chunks::<4>().0;
+    let weights = body.weights.as_chunks::<4>().0;
     let vertices = positions.iter().zip(joints).zip(weights);
     vertices
         .map(|((position, joints), weights)| {
@@ -64,14 +62,14 @@ fn gpu_skinning_equals_cpu_skinning() {
         return;
     };
     // Not a multiple of the workgroup size.
-    let figure = cloud(6_890);
-    let id = figure.add_to(&mut renderer, OffsetSizes::Zero);
+    let body = cloud(6_890);
+    let id = body.add_to(&mut renderer, OffsetSizes::Zero);
     for strength in [0.0, 0.4, 1.5] {
         let world_from_rest = bent_pose(strength);
         renderer.set_skin_matrices(id, &world_from_rest).unwrap();
         let reading = renderer.read_skinned_positions(id).unwrap();
         let on_gpu = pollster::block_on(reading).unwrap();
-        let on_cpu = skinned_on_cpu(&figure, &world_from_rest);
+        let on_cpu = skinned_on_cpu(&body, &world_from_rest);
         assert_eq!(on_gpu.len(), 3 * on_cpu.len());
         let pairs = on_gpu.as_chunks::<3>().0.iter().zip(&on_cpu);
         let worst_m = pairs
@@ -88,7 +86,7 @@ fn reading_back_tells_when_it_cannot() {
     let Some(mut renderer) = renderer(test, SkinningPath::VertexStage) else {
         return;
     };
-    let id = Figure::standing().add_to(&mut renderer, OffsetSizes::Zero);
+    let id = TestBody::standing().add_to(&mut renderer, OffsetSizes::Zero);
     let refused = renderer.read_skinned_positions(id).err();
     assert_eq!(refused, Some(RenderError::ReadBackUnsupported));
 }
@@ -99,24 +97,19 @@ fn bad_input_is_refused_and_changes_nothing() {
     let Some(mut renderer) = renderer(test, SkinningPath::Compute) else {
         return;
     };
-    let figure = Figure::standing();
-    let id = figure.add_to(&mut renderer, OffsetSizes::Zero);
+    let body = TestBody::standing();
+    let id = body.add_to(&mut renderer, OffsetSizes::Zero);
     let before = common::picture(&mut renderer);
 
-    let n_vertices = figure.vertex_count();
-    let mut nan = figure.positions_m.clone();
+    let n_vertices = body.vertex_count();
+    let mut nan = body.positions_m.clone();
     nan[5] = f32::NAN;
-    let refused = renderer.set_surface(id, &nan, &figure.normals, OffsetSizes::Zero);
+    let refused = renderer.set_surface(id, &nan, &body.normals, OffsetSizes::Zero);
     assert!(
         matches!(refused, Err(RenderError::NonFinite { index: 5, .. })),
         "{refused:?}"
     );
-    let short = renderer.set_surface(
-        id,
-        &figure.positions_m[3..],
-        &figure.normals,
-        OffsetSizes::Zero,
-    );
+    let short = renderer.set_surface(id, &body.positions_m[3..], &body.normals, OffsetSizes::Zero);
     assert!(
         matches!(short, Err(RenderError::WrongLength { .. })),
         "{short:?}"
@@ -124,8 +117,8 @@ fn bad_input_is_refused_and_changes_nothing() {
     let sizes = vec![0.0; n_vertices - 1];
     let short = renderer.set_surface(
         id,
-        &figure.positions_m,
-        &figure.normals,
+        &body.positions_m,
+        &body.normals,
         OffsetSizes::Sizes(&sizes),
     );
     assert!(
@@ -144,7 +137,7 @@ fn bad_input_is_refused_and_changes_nothing() {
     }
     let mesh = BodyMesh {
         skin_joints: &[24, 0, 0, 0],
-        ..figure.mesh()
+        ..body.mesh()
     };
     assert!(renderer.add_body(&mesh).is_err());
 

@@ -13,6 +13,7 @@ pub use plot::{Curve, Plot};
 
 /// Why a report could not be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// A plot cannot be drawn.
     #[error("plot \"{title}\": {reason}")]

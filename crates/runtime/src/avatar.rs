@@ -2,18 +2,21 @@
 
 use std::sync::Arc;
 
-use dynaskin_body::{JOINT_COUNT, MAX_SHAPE_COEFFICIENT, Pose, Region, SHAPE_COUNT, SkinMatrices};
+use dynaskin_body::{
+    JOINT_COUNT, MAX_SHAPE_COEFFICIENT, Pose, Region, SHAPE_COUNT, SkinMatrices, skin_surface,
+};
 use glam::{Mat4, Vec3};
+use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
 use crate::controls::{Controls, in_range};
 use crate::model::Model;
 use crate::pipeline::{Member, Pipeline, StageSeconds, Stopwatch};
 use crate::shapes::ShapedModel;
-use crate::state::{Reader, Writer};
+use crate::state;
 use crate::surface::{Surface, VertexControls, skinning, vertex_controls};
-use crate::timeline::{Change, Detail, Settled, Showing, Shown, Timeline};
-use crate::tissue::Tissue;
+use crate::timeline::{Change, Detail, Settled, Showing, Shown, Timeline, TimelineMemory};
+use crate::tissue::{Memory, Tissue};
 
 /// Smallest scale of an avatar.
 pub const MIN_SCALE: f64 = 0.1;
@@ -23,6 +26,7 @@ pub const MAX_SCALE: f64 = 10.0;
 
 /// What one step did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StepReport {
     /// Ticks of the model that the step ran.
     pub ticks: usize,
@@ -59,6 +63,16 @@ struct Soft {
     vertex_controls: Vec<VertexControls>,
     /// Runs the networks where the avatar is stepped by itself; made with the first such step.
     pipeline: Option<Box<Pipeline>>,
+}
+
+/// All that a saved state holds.
+#[derive(Debug, Serialize, Deserialize)]
+struct Saved {
+    shape: [f32; SHAPE_COUNT],
+    controls: Controls,
+    timeline: TimelineMemory,
+    /// None without networks.
+    tissue: Option<Memory>,
 }
 
 impl Avatar {
@@ -171,7 +185,7 @@ impl Avatar {
     pub fn set_controls(&mut self, controls: &Controls) -> Result<(), RuntimeError> {
         controls.check()?;
         if let (Some(own), Some(soft)) = (&mut self.soft, self.model.soft()) {
-            let shares = controls.shares(soft.feature_kind());
+            let shares = controls.shares(soft.learned());
             let filters = soft.filters(self.model.body(), &shares)?;
             let root_inertia = controls.root_inertia.into();
             own.tissue
@@ -209,8 +223,8 @@ impl Avatar {
         self.set_controls(&controls)
     }
 
-    /// Makes the avatar `scale` times as large as its body; the world's metre stays. All that the
-    /// tissue feels is in lengths of the body, so a doll and a giant whose poses are to scale move
+    /// Makes the avatar `scale` times as large as its body; the world's metre stays. All
+    /// inputs of the networks are in lengths of the body, so a doll and a giant whose poses are to scale move
     /// alike. The motion goes on; skin matrices follow with the next step.
     ///
     /// # Errors
@@ -403,7 +417,7 @@ impl Avatar {
     /// Skins positions and normals to the last pose with linear blend skinning. Hosts that skin on
     /// a GPU do not need it.
     pub fn skin(&mut self) -> (&[Vec3], &[Vec3]) {
-        skinning::blend(
+        skin_surface(
             &self.model.body().skin,
             &self.skin,
             (&self.surface.positions_m, &self.surface.normals),
@@ -421,15 +435,13 @@ impl Avatar {
     /// time steps after [`Self::restore`] give the same numbers, bit by bit.
     /// The level of detail and visibility are the host's and not in it.
     pub fn save(&self) -> Vec<u8> {
-        let mut writer = Writer::new(&self.model.fingerprint());
-        writer.floats(&self.shaped.shape);
-        writer.double(self.timeline.scale());
-        self.controls.write(&mut writer);
-        self.timeline.write(&mut writer);
-        if let Some(soft) = &self.soft {
-            soft.tissue.write(&mut writer);
-        }
-        writer.finish()
+        let saved = Saved {
+            shape: self.shaped.shape,
+            controls: self.controls,
+            timeline: self.timeline.memory(),
+            tissue: self.soft.as_ref().map(|soft| soft.tissue.memory()),
+        };
+        state::to_bytes(&self.model.fingerprint(), &saved)
     }
 
     /// Goes on from where [`Self::save`] was called, on this avatar or another of the same model.
@@ -440,22 +452,25 @@ impl Avatar {
     /// or with another model; [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidShape`],
     /// [`RuntimeError::InvalidControl`] for what cannot be used in them. The avatar stays as it was.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RuntimeError> {
-        let mut reader = Reader::new(&self.model.fingerprint(), bytes)?;
-        let shape = checked_shape(&reader.floats(SHAPE_COUNT)?)?;
-        let scale = reader.double()?;
-        check_scale(scale)?;
-        let controls = Controls::read(&mut reader)?;
+        let saved: Saved = state::from_bytes(&self.model.fingerprint(), bytes)?;
+        let Saved {
+            shape,
+            controls,
+            timeline: time,
+            tissue: memory,
+        } = saved;
+        checked_shape(&shape)?;
+        check_scale(time.scale)?;
         controls.check()?;
-        let time = Timeline::read(&mut reader, scale)?;
-        let memory = match (&self.soft, self.model.soft()) {
-            (Some(own), Some(soft)) => {
-                let joints_rest_m = self.model.body().shaped(&shape).joints_m;
-                let responds = !controls.shares(soft.feature_kind()).are_predicted();
-                Some(own.tissue.read(&mut reader, &joints_rest_m, responds)?)
+        time.check()?;
+        match (&self.soft, self.model.soft(), &memory) {
+            (Some(own), Some(soft), Some(memory)) => {
+                let responds = !controls.shares(soft.learned()).are_predicted();
+                own.tissue.check(memory, responds)?;
             }
-            _ => None,
-        };
-        reader.finish()?;
+            (None, _, None) => {}
+            _ => return Err(state::invalid("it does not have this model's tissue")),
+        }
 
         self.set_shape(&shape)?;
         self.set_controls(&controls)?;
@@ -518,7 +533,7 @@ impl Member for Avatar {
 
     fn begin_tick(&mut self, index: usize) -> Option<&mut Tissue> {
         let tissue = &mut self.soft.as_mut()?.tissue;
-        tissue.feel(&self.timeline.tick_pose(index)?);
+        tissue.push_pose(&self.timeline.tick_pose(index)?);
         Some(tissue)
     }
 

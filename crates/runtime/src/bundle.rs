@@ -1,17 +1,24 @@
 //! `bundle.json`: what belongs together, and whether it does.
 
+use dynaskin_body::SHAPE_COUNT;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
 use crate::RuntimeError;
-use crate::features::FeatureKind;
+use crate::features::{FeatureKind, GUEST_KINDS};
 
 /// The only `format` there is.
 pub const BUNDLE_FORMAT: &str = "dynaskin-bundle";
 
-/// The `version` that is written and read.
-pub const BUNDLE_VERSION: u32 = 1;
+/// The `version` that is written. Version 1, which does not say what the networks learned from, is read
+/// as well.
+pub const BUNDLE_VERSION: u32 = 2;
+
+/// Stiffness and damping factors that networks of version 1 with materials among their features
+/// learned from.
+const LEARNED_IN_VERSION_1: [[f32; 2]; 2] = [[0.5, 2.0], [0.625, 1.6]];
 
 /// A file beside `bundle.json`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,6 +27,69 @@ pub struct BundleFile {
     pub file: String,
     /// SHA-256 of the file, 64 lower-case hexadecimal digits.
     pub sha256: String,
+}
+
+/// What the networks learned from: least and greatest values in the clips. Beyond them networks
+/// extrapolate, so the runtime does not feed them stiffness and damping from there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Learned {
+    /// Factor on the tissue's stiffness; 1 to 1 for networks without materials among their features.
+    pub stiffness: [f32; 2],
+    /// Factor on its damping ratio; likewise.
+    pub damping: [f32; 2],
+    /// Each shape coefficient, in standard deviations; none where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<[[f32; 2]; SHAPE_COUNT]>,
+}
+
+impl Learned {
+    /// The usual tissue alone, and shapes that are not known.
+    pub const USUAL: Self = Self {
+        stiffness: [1.0, 1.0],
+        damping: [1.0, 1.0],
+        shape: None,
+    };
+
+    /// What a bundle of version 1 means.
+    pub(crate) fn in_version_1(kind: FeatureKind) -> Self {
+        if !kind.has_materials() {
+            return Self::USUAL;
+        }
+        let [stiffness, damping] = LEARNED_IN_VERSION_1;
+        Self {
+            stiffness,
+            damping,
+            shape: None,
+        }
+    }
+
+    fn check(&self, kind: FeatureKind) -> Result<(), RuntimeError> {
+        let got = |range: &[f32; 2]| format!("{} to {}", range[0], range[1]);
+        for (name, range) in [
+            ("learned.stiffness", &self.stiffness),
+            ("learned.damping", &self.damping),
+        ] {
+            // NaN is in no order.
+            if !(range[0] > 0.0 && range[0] <= range[1] && range[1].is_finite()) {
+                let expected = "factors above 0, the least first";
+                return Err(field(name, expected, got(range)));
+            }
+            if !kind.has_materials() && *range != [1.0, 1.0] {
+                let expected = "1 to 1, because the features have no materials";
+                return Err(field(name, expected, got(range)));
+            }
+        }
+        let ordered = |r: &&[f32; 2]| r[0].is_finite() && r[1].is_finite() && r[0] <= r[1];
+        match self.shape.iter().flatten().find(|range| !ordered(range)) {
+            Some(range) => Err(field(
+                "learned.shape",
+                "numbers, the least first",
+                got(range),
+            )),
+            None => Ok(()),
+        }
+    }
 }
 
 /// The contents of `bundle.json` (ARCHITECTURE.md, "Bundle").
@@ -45,6 +115,9 @@ pub struct Bundle {
     pub feature_count: usize,
     /// L: the predictor's outputs and the decoder's inputs.
     pub latent_count: usize,
+    /// What the networks learned from.
+    #[serde(default = "unknown")]
+    pub learned: Learned,
     /// Indices of the body's vertices that the decoder moves, ascending.
     pub vertices: Vec<u32>,
     /// What the networks were trained on.
@@ -63,10 +136,15 @@ impl Bundle {
     /// # Errors
     /// [`RuntimeError::BundleJson`], [`RuntimeError::BundleVersion`], [`RuntimeError::BundleField`]
     /// for a rate other than 60 Hz, a feature count other than the kind's, file names with folders
-    /// in them, and vertices that are not ascending.
+    /// in them, ranges that are none, and vertices that are not ascending; [`RuntimeError::LeftOut`]
+    /// for features of a compared method in a build without the feature `guests`.
     pub fn from_json(json: &[u8]) -> Result<Self, RuntimeError> {
-        check_version(json)?;
-        let bundle: Self = parse(json)?;
+        let version = check_version(json)?;
+        let mut bundle: Self = parse(json)?;
+        if version == 1 {
+            bundle.learned = Learned::in_version_1(bundle.feature_kind);
+            bundle.version = BUNDLE_VERSION;
+        }
         bundle.check()?;
         Ok(bundle)
     }
@@ -81,7 +159,8 @@ impl Bundle {
         })
     }
 
-    fn check(&self) -> Result<(), RuntimeError> {
+    /// Whether the fields fit each other.
+    pub(crate) fn check(&self) -> Result<(), RuntimeError> {
         if (self.rate_hz - dynaskin_skeleton::MODEL_RATE_HZ).abs() > 1e-9 {
             return Err(field("rate_hz", "60", self.rate_hz));
         }
@@ -89,6 +168,7 @@ impl Bundle {
         if self.feature_count != features {
             return Err(field("feature_count", features, self.feature_count));
         }
+        self.learned.check(self.feature_kind)?;
         for file in [&self.body, &self.predictor, &self.decoder] {
             let plain = !file.file.is_empty()
                 && !file.file.starts_with('.')
@@ -148,32 +228,47 @@ pub(crate) fn field(
 }
 
 /// Looks at `format` and `version` alone, so that a file of a later version is refused for its
-/// version and not for the first field that changed.
-fn check_version(json: &[u8]) -> Result<(), RuntimeError> {
+/// version and not for the first field that changed. Gives the version.
+fn check_version(json: &[u8]) -> Result<u32, RuntimeError> {
     #[derive(Deserialize)]
     struct Header {
         format: String,
         version: u32,
+        #[serde(default)]
+        feature_kind: String,
+        learned: Option<IgnoredAny>,
     }
     let header: Header = parse(json)?;
-    let checks = [
-        ("format", BUNDLE_FORMAT.to_owned(), header.format),
-        (
-            "version",
-            BUNDLE_VERSION.to_string(),
-            header.version.to_string(),
-        ),
-    ];
-    for (field, expected, got) in checks {
-        if expected != got {
-            return Err(RuntimeError::BundleVersion {
-                field,
-                expected,
-                got,
-            });
-        }
+    let refused = |field, expected: &str, got: String| {
+        Err(RuntimeError::BundleVersion {
+            field,
+            expected: expected.to_owned(),
+            got,
+        })
+    };
+    if header.format != BUNDLE_FORMAT {
+        return refused("format", BUNDLE_FORMAT, header.format);
     }
-    Ok(())
+    if !(1..=BUNDLE_VERSION).contains(&header.version) {
+        return refused("version", "1 or 2", header.version.to_string());
+    }
+    if header.version > 1 && header.learned.is_none() {
+        return Err(RuntimeError::BundleJson {
+            reason: "missing field `learned`".to_owned(),
+        });
+    }
+    if !cfg!(feature = "guests") && GUEST_KINDS.contains(&header.feature_kind.as_str()) {
+        return Err(RuntimeError::LeftOut {
+            place: "bundle.json".to_owned(),
+            needs: format!("features of the kind `{}`", header.feature_kind),
+        });
+    }
+    Ok(header.version)
+}
+
+/// Replaced, or refused, right after parsing.
+const fn unknown() -> Learned {
+    Learned::USUAL
 }
 
 fn parse<'a, T: Deserialize<'a>>(json: &'a [u8]) -> Result<T, RuntimeError> {

@@ -1,10 +1,11 @@
 //! What a host may turn: strength, root inertia, and per region gain, stiffness, damping, limit.
 
 use dynaskin_body::{REGION_COUNT, Region};
+use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
-use crate::features::{FeatureKind, Materials};
-use crate::state::{Reader, Writer};
+use crate::bundle::Learned;
+use crate::features::Materials;
 
 /// No offset is longer than this, in metres, whatever the networks and controls say. Offsets up to
 /// half of it are left alone: tissue of an adult does not move further against its bones in any
@@ -17,14 +18,9 @@ pub const MAX_GAIN: f32 = 4.0;
 /// Largest stiffness and damping of a region; the smallest is its inverse.
 pub const MAX_RESPONSE: f32 = 10.0;
 
-/// Stiffness factors that networks learn from (`dynaskin simulate --vary-materials`).
-const LEARNED_STIFFNESS: std::ops::RangeInclusive<f32> = 0.5..=2.0;
-
-/// The same of the damping ratio.
-const LEARNED_DAMPING: std::ops::RangeInclusive<f32> = 0.625..=1.6;
-
 /// How the soft tissue of one region behaves, relative to what the networks predict.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RegionControls {
     /// Factor on the offsets, 0 to [`MAX_GAIN`].
     pub gain: f32,
@@ -51,7 +47,8 @@ impl Default for RegionControls {
 
 /// All that can be turned on one avatar while it moves. The default leaves everything as the
 /// networks predict it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Controls {
     /// Factor on all offsets, 0 to [`MAX_GAIN`].
     pub strength: f32,
@@ -139,56 +136,24 @@ impl Controls {
         Ok(())
     }
 
-    /// Adds the controls to a saved state.
-    pub(crate) fn write(&self, writer: &mut Writer) {
-        writer.floats(&[self.strength, self.root_inertia]);
-        for region in &self.regions {
-            writer.floats(&[
-                region.gain,
-                region.stiffness,
-                region.damping,
-                region.limit_m,
-            ]);
-        }
-    }
-
-    /// The controls of a saved state, unchecked.
-    pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Self, RuntimeError> {
-        let mut controls = Self::default();
-        let head = reader.floats(2)?;
-        (controls.strength, controls.root_inertia) = (head[0], head[1]);
-        for region in &mut controls.regions {
-            let numbers = reader.floats(4)?;
-            *region = RegionControls {
-                gain: numbers[0],
-                stiffness: numbers[1],
-                damping: numbers[2],
-                limit_m: numbers[3],
-            };
-        }
-        Ok(controls)
-    }
-
-    /// Shares stiffness and damping out between networks with features of `kind` and the filters
-    /// after them.
-    pub(crate) fn shares(&self, kind: FeatureKind) -> Shares {
+    /// Shares stiffness and damping out between networks that have `learned` some of them and the
+    /// filters after the networks.
+    pub(crate) fn shares(&self, learned: &Learned) -> Shares {
         let mut shares = Shares {
             materials: Materials::default(),
             left: self.regions,
         };
-        if !kind.has_materials() {
-            return shares;
-        }
+        let clamped = |factor: f32, [least, most]: [f32; 2]| factor.max(least).min(most);
         for (index, left) in shares.left.iter_mut().enumerate() {
-            let learned = clamped(left.stiffness, LEARNED_STIFFNESS);
+            let stiffness = clamped(left.stiffness, learned.stiffness);
             // The control says how fast a swing dies away, the material how that compares with how
             // fast it swings: at the same ratio stiffer tissue comes to rest sooner.
-            let ratio = left.damping / learned.sqrt();
-            let learned_ratio = clamped(ratio, LEARNED_DAMPING);
-            shares.materials.stiffness[index] = learned;
+            let ratio = left.damping / stiffness.sqrt();
+            let learned_ratio = clamped(ratio, learned.damping);
+            shares.materials.stiffness[index] = stiffness;
             shares.materials.damping[index] = learned_ratio;
             // Exactly 1 where the networks know it all.
-            left.stiffness /= learned;
+            left.stiffness /= stiffness;
             left.damping = ratio / learned_ratio;
         }
         shares
@@ -213,10 +178,6 @@ impl Shares {
     }
 }
 
-fn clamped(factor: f32, range: std::ops::RangeInclusive<f32>) -> f32 {
-    factor.clamp(*range.start(), *range.end())
-}
-
 /// Refuses a control outside `least..=limit`; NaN is outside.
 pub(crate) fn in_range(
     control: &str,
@@ -239,6 +200,7 @@ pub(crate) fn in_range(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::features::FeatureKind;
 
     fn turned(stiffness: f32, damping: f32) -> Controls {
         let mut controls = Controls::default();
@@ -248,27 +210,31 @@ mod tests {
 
     #[test]
     fn what_the_networks_learned_is_left_to_them() {
-        let kind = FeatureKind::InertialMaterials;
-        let shares = turned(2.0, 1.2).shares(kind);
+        let learned = Learned::in_version_1(FeatureKind::InertialMaterials);
+        let shares = turned(2.0, 1.2).shares(&learned);
         assert!(shares.are_predicted());
         assert_eq!(shares.materials.stiffness[1], 2.0);
         // The same decay at 1.41 times the frequency is a smaller damping ratio.
         assert_eq!(shares.materials.damping[1], 1.2 / 2.0_f32.sqrt());
         assert_eq!(shares.materials.stiffness[0], 1.0);
-        assert!(
-            !turned(2.0, 1.2)
-                .shares(FeatureKind::Inertial)
-                .are_predicted()
+        let shares = turned(2.0, 1.2).shares(&Learned::USUAL);
+        assert!(!shares.are_predicted());
+        assert_eq!(shares.materials, Materials::default());
+        assert_eq!(
+            (shares.left[1].stiffness, shares.left[1].damping),
+            (2.0, 1.2)
         );
     }
 
     #[test]
     fn what_is_beyond_is_left_to_the_filters_and_nothing_is_lost() {
         for (stiffness, damping) in [(8.0, 1.0), (0.1, 10.0), (1.0, 0.1)] {
-            let shares = turned(stiffness, damping).shares(FeatureKind::InertialMaterials);
+            let learned = Learned::in_version_1(FeatureKind::InertialMaterials);
+            let shares = turned(stiffness, damping).shares(&learned);
             let (material, left) = (shares.materials, shares.left[1]);
-            assert!(LEARNED_STIFFNESS.contains(&material.stiffness[1]));
-            assert!(LEARNED_DAMPING.contains(&material.damping[1]));
+            let within = |[least, most]: [f32; 2], got: f32| least <= got && got <= most;
+            assert!(within(learned.stiffness, material.stiffness[1]));
+            assert!(within(learned.damping, material.damping[1]));
             assert!(!shares.are_predicted());
             let whole = material.stiffness[1] * left.stiffness;
             assert!((whole / stiffness - 1.0).abs() < 1e-6, "{whole}");

@@ -25,6 +25,7 @@ const COST_WEIGHT: f64 = 0.05;
 
 /// By what avatars of a [`Crowd`] get less [`Detail`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LevelOfDetail {
     /// From this distance on ([`Avatar::set_distance_m`]), in metres, an avatar has
     /// [`Detail::Half`].
@@ -98,6 +99,7 @@ impl LevelOfDetail {
 
 /// What one [`Crowd::step_all`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CrowdReport {
     /// Visible avatars at full detail.
     pub full: usize,

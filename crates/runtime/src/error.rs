@@ -6,6 +6,7 @@ use thiserror::Error;
 
 /// One of a bundle's two networks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Network {
     /// Features and state to latent and next state.
     Predictor,
@@ -45,6 +46,17 @@ pub enum RuntimeError {
         /// The value found.
         got: String,
     },
+    /// The bundle is one of a compared method, whose code this build leaves out.
+    #[error(
+        "{place} needs {needs}, which only the methods have that dynaskin is compared with; this build \
+         is without them: use one with the cargo feature `guests`"
+    )]
+    LeftOut {
+        /// `bundle.json`, or which network.
+        place: String,
+        /// What is missing.
+        needs: String,
+    },
     /// A field of `bundle.json` contradicts the body, the networks or another field.
     #[error(
         "bundle.json's {field}: expected {expected}, got {got}; the files do not belong together, \
@@ -58,7 +70,7 @@ pub enum RuntimeError {
         /// What it is.
         got: String,
     },
-    /// A file that the bundle names could not be had.
+    /// A file that the bundle names could not be read.
     #[error("the bundle's file `{file}` could not be read: {reason}")]
     ReadFile {
         /// The file's name in `bundle.json`.
@@ -241,6 +253,7 @@ impl RuntimeError {
         match self {
             Self::BundleJson { .. }
             | Self::BundleVersion { .. }
+            | Self::LeftOut { .. }
             | Self::BundleField { .. }
             | Self::ReadFile { .. }
             | Self::HashMismatch { .. } => "bundle",

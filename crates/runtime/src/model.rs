@@ -8,7 +8,7 @@ use glam::Vec3;
 use sha2::{Digest, Sha256};
 
 use crate::RuntimeError;
-use crate::bundle::{Bundle, field};
+use crate::bundle::{Bundle, Learned, field};
 use crate::controls::Shares;
 use crate::features::{FeatureKind, MotionFeatures};
 use crate::measure;
@@ -71,13 +71,15 @@ impl Model {
     /// [`RuntimeError::HashMismatch`] for the networks; [`RuntimeError::NotOnnx`],
     /// [`RuntimeError::UnknownOperator`], [`RuntimeError::InvalidGraph`],
     /// [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]
-    /// for what is wrong with them; [`RuntimeError::BundleField`] where counts do not agree.
+    /// for what is wrong with them; [`RuntimeError::LeftOut`] for a convolution in a build without
+    /// the feature `guests`; [`RuntimeError::BundleField`] where counts do not agree.
     pub fn from_parts(
         bundle: Bundle,
         body: Arc<BodyModel>,
         predictor_onnx: &[u8],
         decoder_onnx: &[u8],
     ) -> Result<Self, RuntimeError> {
+        bundle.check()?;
         bundle.predictor.verify(predictor_onnx)?;
         bundle.decoder.verify(decoder_onnx)?;
         let vertex_count = body.vertex_count();
@@ -199,6 +201,11 @@ impl SoftModel {
     /// What the networks take as input.
     pub fn feature_kind(&self) -> FeatureKind {
         self.networks.bundle.feature_kind
+    }
+
+    /// What the networks learned from.
+    pub fn learned(&self) -> &Learned {
+        &self.networks.bundle.learned
     }
 
     fn at_rest(

@@ -8,8 +8,8 @@ pub(crate) use dynaskin_onnx::{CheckedGraph as Graph, Port};
 /// from them.
 ///
 /// # Errors
-/// [`RuntimeError::NotOnnx`], [`RuntimeError::UnknownOperator`], [`RuntimeError::InvalidGraph`],
-/// [`RuntimeError::Inference`] where tract refuses an operator that passed the checks.
+/// [`RuntimeError::NotOnnx`], [`RuntimeError::UnknownOperator`], [`RuntimeError::LeftOut`],
+/// [`RuntimeError::InvalidGraph`], [`RuntimeError::Inference`] where tract refuses an operator that passed the checks.
 pub(crate) fn read(
     network: Network,
     onnx_bytes: &[u8],
@@ -32,12 +32,20 @@ fn unreadable(network: Network, error: ReadError) -> RuntimeError {
             operator,
             supported,
         },
+        ReadError::LeftOut { operator, .. } => RuntimeError::LeftOut {
+            place: format!("the {network}"),
+            needs: format!("the operator {operator}"),
+        },
         ReadError::InvalidGraph { place, problem } => RuntimeError::InvalidGraph {
             network,
             place,
             problem,
         },
         ReadError::Refused { reason } => RuntimeError::Inference { network, reason },
+        other => RuntimeError::Inference {
+            network,
+            reason: other.to_string(),
+        },
     }
 }
 

@@ -12,6 +12,7 @@ use crate::tissue::Tissue;
 
 /// Time spent per stage of a step, in the stopwatch's seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct StageSeconds {
     /// Kinematics and features of all ticks.
     pub features: f64,
@@ -128,11 +129,11 @@ impl Pipeline {
                 self.room = emptied(rows);
                 break;
             }
-            let felt = stopwatch();
+            let ready = stopwatch();
             predict(&mut self.sessions, &mut rows)?;
             let predicted = stopwatch();
-            seconds.features += felt - start;
-            seconds.predict += predicted - felt;
+            seconds.features += ready - start;
+            seconds.predict += predicted - ready;
             rows.retain_mut(|tissue| tissue.begin_response());
             if !rows.is_empty() {
                 self.sessions.decoder.decode_rows(&mut rows)?;

@@ -1,15 +1,18 @@
-//! Saved states: little-endian numbers behind a header, with a checksum at the end.
+//! Saved states: what serde makes of them, in postcard's format, behind a header and with a checksum at
+//! the end.
 //!
 //! ```text
 //! "DYNSKINS"  8 bytes
-//! version     u32
+//! version     u32, little-endian
 //! model       32 bytes: SHA-256 over the hashes of the bundle's three files
-//! payload     see the `write` functions
+//! payload     postcard (https://postcard.jamesmunns.com/wire-format)
 //! checksum    32 bytes: SHA-256 of all before
 //! ```
 
-use dynaskin_body::Pose;
-use glam::{DQuat, DVec3};
+use dynaskin_skeleton::Pose;
+use glam::DVec3;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use crate::{RuntimeError, pose};
@@ -21,152 +24,111 @@ const HASH: usize = 32;
 pub(crate) type Fingerprint = [u8; HASH];
 
 /// The version that is written and read.
-pub const STATE_VERSION: u32 = 2;
+pub const STATE_VERSION: u32 = 3;
 
-/// Collects a state.
-#[derive(Debug)]
-pub(crate) struct Writer(Vec<u8>);
+/// `state` of an avatar of `model` as bytes.
+pub(crate) fn to_bytes(model: &Fingerprint, state: &impl Serialize) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(STATE_VERSION.to_le_bytes());
+    bytes.extend(model);
+    let mut bytes = match postcard::to_extend(state, bytes) {
+        Ok(bytes) => bytes,
+        Err(error) => unreachable!("numbers and lists of them can be written to memory: {error}"),
+    };
+    let checksum = Sha256::digest(&bytes);
+    bytes.extend(checksum);
+    bytes
+}
 
-impl Writer {
-    pub fn new(model: &Fingerprint) -> Self {
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(STATE_VERSION.to_le_bytes());
-        bytes.extend(model);
-        Self(bytes)
+/// The state in `bytes`, whose numbers are not checked yet.
+///
+/// # Errors
+/// [`RuntimeError::InvalidState`] for bytes that were changed, cut, or saved by another version or
+/// with another model.
+pub(crate) fn from_bytes<T: DeserializeOwned>(
+    model: &Fingerprint,
+    bytes: &[u8],
+) -> Result<T, RuntimeError> {
+    let Some((rest, checksum)) = bytes.split_last_chunk::<HASH>() else {
+        return Err(invalid(format!("it has {} bytes", bytes.len())));
+    };
+    let (magic, rest_after_magic) = chunk(rest)?;
+    if magic != MAGIC {
+        return Err(invalid("it does not begin as a saved state does"));
     }
-
-    pub fn flag(&mut self, flag: bool) {
-        self.0.push(flag.into());
+    let (version, rest_after_version) = chunk(rest_after_magic)?;
+    let version = u32::from_le_bytes(*version);
+    if version != STATE_VERSION {
+        return Err(invalid(format!(
+            "it is of version {version}, not {STATE_VERSION}"
+        )));
     }
-
-    pub fn double(&mut self, number: f64) {
-        self.0.extend(number.to_le_bytes());
+    if Sha256::digest(rest)[..] != checksum[..] {
+        return Err(invalid("its checksum is wrong, so it was changed or cut"));
     }
-
-    pub fn vector(&mut self, vector: DVec3) {
-        for number in vector.to_array() {
-            self.double(number);
-        }
+    let (saved_with, payload) = chunk(rest_after_version)?;
+    if saved_with != model {
+        return Err(invalid("it was saved with another model"));
     }
-
-    pub fn floats(&mut self, numbers: &[f32]) {
-        self.0.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
-    }
-
-    pub fn pose(&mut self, pose: &Pose) {
-        self.vector(pose.root_translation_m);
-        for rotation in &pose.parent_from_joint {
-            for number in rotation.to_array() {
-                self.double(number);
-            }
-        }
-    }
-
-    pub fn finish(mut self) -> Vec<u8> {
-        let checksum = Sha256::digest(&self.0);
-        self.0.extend(checksum);
-        self.0
+    match postcard::take_from_bytes(payload) {
+        Ok((state, [])) => Ok(state),
+        Ok(_) => Err(invalid("it is longer than it should be")),
+        Err(error) => Err(invalid(format!("its contents are not a state: {error}"))),
     }
 }
 
-/// Reads a state whose checksum is right.
-#[derive(Debug)]
-pub(crate) struct Reader<'a>(&'a [u8]);
+fn chunk<const N: usize>(bytes: &[u8]) -> Result<(&[u8; N], &[u8]), RuntimeError> {
+    let split = bytes.split_first_chunk();
+    split.ok_or_else(|| invalid("it ends too early"))
+}
 
-impl<'a> Reader<'a> {
-    pub fn new(model: &Fingerprint, bytes: &'a [u8]) -> Result<Self, RuntimeError> {
-        let refused = |problem: String| Err(RuntimeError::InvalidState { problem });
-        let Some((payload, checksum)) = bytes.split_last_chunk::<HASH>() else {
-            return refused(format!("it has {} bytes", bytes.len()));
-        };
-        let mut reader = Self(payload);
-        if reader.take(MAGIC.len())? != MAGIC {
-            return refused("it does not begin as a saved state does".to_owned());
-        }
-        let version = u32::from_le_bytes(reader.chunk()?);
-        if version != STATE_VERSION {
-            return refused(format!("it is of version {version}, not {STATE_VERSION}"));
-        }
-        if Sha256::digest(payload)[..] != checksum[..] {
-            return refused("its checksum is wrong, so it was changed or cut".to_owned());
-        }
-        if reader.take(HASH)? != model {
-            return refused("it was saved with another model".to_owned());
-        }
-        Ok(reader)
-    }
-
-    fn take(&mut self, count: usize) -> Result<&'a [u8], RuntimeError> {
-        let Some((taken, rest)) = self.0.split_at_checked(count) else {
-            return Err(invalid("it ends too early"));
-        };
-        self.0 = rest;
-        Ok(taken)
-    }
-
-    fn chunk<const N: usize>(&mut self) -> Result<[u8; N], RuntimeError> {
-        let taken = self.take(N)?;
-        taken.try_into().map_err(|_| invalid("it ends too early"))
-    }
-
-    pub fn flag(&mut self) -> Result<bool, RuntimeError> {
-        match self.take(1)? {
-            [0] => Ok(false),
-            [1] => Ok(true),
-            _ => Err(invalid("a flag is neither 0 nor 1")),
-        }
-    }
-
-    pub fn double(&mut self) -> Result<f64, RuntimeError> {
-        let number = f64::from_le_bytes(self.chunk()?);
-        if number.is_finite() {
-            Ok(number)
-        } else {
-            Err(invalid("a number is not finite"))
-        }
-    }
-
-    pub fn vector(&mut self) -> Result<DVec3, RuntimeError> {
-        Ok(DVec3::new(self.double()?, self.double()?, self.double()?))
-    }
-
-    pub fn floats(&mut self, count: usize) -> Result<Vec<f32>, RuntimeError> {
-        let bytes = self.take(4 * count)?;
-        let numbers = bytes.as_chunks::<4>().0.iter();
-        let numbers: Vec<f32> = numbers.map(|bytes| f32::from_le_bytes(*bytes)).collect();
-        if numbers.iter().all(|number| number.is_finite()) {
-            Ok(numbers)
-        } else {
-            Err(invalid("a number is not finite"))
-        }
-    }
-
-    pub fn pose(&mut self) -> Result<Pose, RuntimeError> {
-        let mut pose = Pose::REST;
-        pose.root_translation_m = self.vector()?;
-        for rotation in &mut pose.parent_from_joint {
-            *rotation = DQuat::from_xyzw(
-                self.double()?,
-                self.double()?,
-                self.double()?,
-                self.double()?,
-            );
-        }
-        pose::check(&pose)?;
-        Ok(pose)
-    }
-
-    pub fn finish(self) -> Result<(), RuntimeError> {
-        if self.0.is_empty() {
-            Ok(())
-        } else {
-            Err(invalid("it is longer than it should be"))
-        }
+/// Refuses a number that is not finite.
+///
+/// # Errors
+/// [`RuntimeError::InvalidState`].
+pub(crate) fn check_numbers(numbers: impl IntoIterator<Item = f64>) -> Result<(), RuntimeError> {
+    if numbers.into_iter().all(f64::is_finite) {
+        Ok(())
+    } else {
+        Err(invalid("a number is not finite"))
     }
 }
 
-fn invalid(problem: &str) -> RuntimeError {
+/// As [`check_numbers`], for vectors.
+///
+/// # Errors
+/// [`RuntimeError::InvalidState`].
+pub(crate) fn check_vectors<'a>(
+    vectors: impl IntoIterator<Item = &'a DVec3>,
+) -> Result<(), RuntimeError> {
+    check_numbers(vectors.into_iter().flat_map(|vector| vector.to_array()))
+}
+
+/// Refuses a list of another length than `count` and numbers that are not finite.
+///
+/// # Errors
+/// [`RuntimeError::InvalidState`].
+pub(crate) fn check_list(list: &[f32], count: usize) -> Result<(), RuntimeError> {
+    if list.len() != count {
+        let got = list.len();
+        return Err(invalid(format!("a list has {got} numbers, not {count}")));
+    }
+    check_numbers(list.iter().copied().map(f64::from))
+}
+
+/// Refuses poses that cannot be used.
+///
+/// # Errors
+/// [`RuntimeError::InvalidPose`].
+pub(crate) fn check_poses<'a>(
+    poses: impl IntoIterator<Item = &'a Pose>,
+) -> Result<(), RuntimeError> {
+    poses.into_iter().try_for_each(pose::check)
+}
+
+/// The error for a state that cannot be used.
+pub(crate) fn invalid(problem: impl Into<String>) -> RuntimeError {
     RuntimeError::InvalidState {
-        problem: problem.to_owned(),
+        problem: problem.into(),
     }
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use dynaskin_onnx::messages::{GraphMessage, Model as File};
 use dynaskin_onnx::{Graph, Precision};
+use dynaskin_runtime::features::FeatureKind;
 use dynaskin_runtime::{Bundle, Decoder, DecoderSession, Model, Network, RuntimeError};
 use support::{bundle, decoder_onnx, kind, predictor_onnx};
 
@@ -56,7 +57,10 @@ fn bundle_json_is_checked_field_by_field() {
         assert_eq!(kind(&error), "BundleJson", "cut at {cut}");
     }
     for (from, to, code) in [
-        ("\"version\": 1", "\"version\": 2", "BundleVersion"),
+        ("\"version\": 2", "\"version\": 3", "BundleVersion"),
+        ("\"version\": 2", "\"version\": 0", "BundleVersion"),
+        ("\"learned\"", "\"taught\"", "BundleJson"),
+        ("\"stiffness\"", "\"softness\"", "BundleJson"),
         ("dynaskin-bundle", "another-bundle", "BundleVersion"),
         ("\"rate_hz\": 60.0", "\"rate_hz\": 30.0", "BundleField"),
         (
@@ -73,6 +77,79 @@ fn bundle_json_is_checked_field_by_field() {
         assert!(good.contains(from), "{from}");
         let error = Bundle::from_json(good.replacen(from, to, 1).as_bytes()).unwrap_err();
         assert_eq!(kind(&error), code, "{to}: {error}");
+    }
+}
+
+/// The made-up bundle, its networks said to take materials, in version 2.
+fn with_materials() -> Bundle {
+    let mut bundle = bundle(&predictor_onnx(), &decoder_onnx());
+    bundle.feature_kind = FeatureKind::InertialMaterials;
+    bundle.feature_count = bundle.feature_kind.count();
+    bundle
+}
+
+#[test]
+fn version_1_reads_as_what_its_networks_learned_from() {
+    for (bundle, stiffness, damping) in [
+        (with_materials(), [0.5, 2.0], [0.625, 1.6]),
+        (
+            bundle(&predictor_onnx(), &decoder_onnx()),
+            [1.0, 1.0],
+            [1.0, 1.0],
+        ),
+    ] {
+        let mut json: serde_json::Value = serde_json::from_str(&bundle.to_json().unwrap()).unwrap();
+        json["version"] = 1.into();
+        json.as_object_mut().unwrap().remove("learned");
+        let read = Bundle::from_json(json.to_string().as_bytes()).unwrap();
+        assert_eq!(read.learned.stiffness, stiffness);
+        assert_eq!(read.learned.damping, damping);
+        assert_eq!(read.learned.shape, None);
+        // Written again, it says so.
+        assert_eq!(read.version, dynaskin_runtime::BUNDLE_VERSION);
+        let again = Bundle::from_json(read.to_json().unwrap().as_bytes()).unwrap();
+        assert_eq!(again, read);
+    }
+}
+
+#[test]
+fn what_networks_learned_from_is_read_and_checked() {
+    let mut bundle = with_materials();
+    bundle.learned.stiffness = [0.25, 3.0];
+    bundle.learned.shape = Some([[-1.5, 2.0]; 10]);
+    let json = bundle.to_json().unwrap();
+    assert_eq!(Bundle::from_json(json.as_bytes()).unwrap(), bundle);
+    let refused = |edit: &dyn Fn(&mut Bundle)| {
+        let mut bundle = bundle.clone();
+        edit(&mut bundle);
+        let error = Bundle::from_json(bundle.to_json().unwrap().as_bytes()).unwrap_err();
+        assert!(
+            matches!(&error, RuntimeError::BundleField { field, .. } if field.starts_with("learned")),
+            "{error}"
+        );
+    };
+    refused(&|b| b.learned.stiffness = [3.0, 0.25]);
+    refused(&|b| b.learned.damping = [0.0, 1.0]);
+    refused(&|b| b.learned.damping = [-1.0, 1.0]);
+    refused(&|b| b.learned.shape = Some([[1.0, -1.0]; 10]));
+    // Networks without materials among their features cannot have learned other tissue.
+    refused(&|b| {
+        b.feature_kind = FeatureKind::Inertial;
+        b.feature_count = b.feature_kind.count();
+    });
+}
+
+#[cfg(not(feature = "guests"))]
+#[test]
+fn a_compared_methods_bundle_says_that_this_build_is_without_it() {
+    let json = bundle(&predictor_onnx(), &decoder_onnx())
+        .to_json()
+        .unwrap();
+    for kind in ["pose-shape", "pose-window"] {
+        let json = json.replace("\"inertial\"", &format!("\"{kind}\""));
+        let error = Bundle::from_json(json.as_bytes()).unwrap_err();
+        assert!(matches!(error, RuntimeError::LeftOut { .. }), "{error}");
+        assert!(error.to_string().contains("`guests`"), "{error}");
     }
 }
 

@@ -90,7 +90,7 @@ fn smooth(clip: &Clip, time_seconds: f64) -> Pose {
     pose
 }
 
-/// At 60 Hz and above the poses tell the network all it learned to feel, so the surface is the same
+/// At 60 Hz and above the poses tell the network all that it learned from, so the surface is the same
 /// to a millimetre. Below, it is for smooth motion; an impact of a few hundredths of a second falls
 /// between two poses of a 24 Hz display, which nothing can bring back: the difference is printed and
 /// limited.

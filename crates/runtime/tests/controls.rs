@@ -154,10 +154,8 @@ fn without_root_inertia_a_lift_that_jerks_moves_nothing() {
     let model = shipped::model("female");
     let jerk = |root_inertia: f32| {
         let mut avatar = shipped::avatar(&model);
-        let controls = Controls {
-            root_inertia,
-            ..Controls::default()
-        };
+        let mut controls = Controls::default();
+        controls.root_inertia = root_inertia;
         avatar.set_controls(&controls).unwrap();
         avatar.step(&Pose::REST, 0.0).unwrap();
         let rest = avatar.offsets_rest_m().to_vec();

@@ -322,11 +322,9 @@ fn off_screen_pause() {
 fn detail_by_distance_has_hysteresis() {
     let model = shipped::model("female");
     let mut crowd = Crowd::new(Arc::clone(&model)).unwrap();
-    let level_of_detail = LevelOfDetail {
-        half_beyond_m: 10.0,
-        asleep_beyond_m: 20.0,
-        budget_seconds: None,
-    };
+    let mut level_of_detail = LevelOfDetail::default();
+    level_of_detail.half_beyond_m = 10.0;
+    level_of_detail.asleep_beyond_m = 20.0;
     crowd.set_level_of_detail(Some(level_of_detail)).unwrap();
     let mut avatar = shipped::avatar(&model);
     let mut detail_at = |distance_m: f64| {
@@ -367,11 +365,10 @@ fn a_budget_takes_detail_from_the_farthest() {
     }
     avatars[9].set_visible(false);
     let mut budget = |milliseconds: f64, steps: usize, avatars: &mut [Avatar]| {
-        let level_of_detail = LevelOfDetail {
-            half_beyond_m: 100.0,
-            asleep_beyond_m: 200.0,
-            budget_seconds: Some(1e-3 * milliseconds),
-        };
+        let mut level_of_detail = LevelOfDetail::default();
+        level_of_detail.half_beyond_m = 100.0;
+        level_of_detail.asleep_beyond_m = 200.0;
+        level_of_detail.budget_seconds = Some(1e-3 * milliseconds);
         crowd.set_level_of_detail(Some(level_of_detail)).unwrap();
         let (mut changes, mut report) = (0, None);
         let poses = vec![Pose::REST; avatars.len()];
@@ -412,20 +409,14 @@ fn contradictory_levels_and_distances_are_refused() {
     let mut crowd = Crowd::new(Arc::clone(&model)).unwrap();
     let good = LevelOfDetail::default();
     crowd.set_level_of_detail(Some(good)).unwrap();
-    for bad in [
-        LevelOfDetail {
-            half_beyond_m: f64::NAN,
-            ..good
-        },
-        LevelOfDetail {
-            asleep_beyond_m: 1.0,
-            ..good
-        },
-        LevelOfDetail {
-            budget_seconds: Some(0.0),
-            ..good
-        },
-    ] {
+    let edits: [fn(&mut LevelOfDetail); 3] = [
+        |level| level.half_beyond_m = f64::NAN,
+        |level| level.asleep_beyond_m = 1.0,
+        |level| level.budget_seconds = Some(0.0),
+    ];
+    for edit in edits {
+        let mut bad = good;
+        edit(&mut bad);
         let error = crowd.set_level_of_detail(Some(bad)).unwrap_err();
         assert_eq!(error.code(), "argument");
         assert_eq!(crowd.level_of_detail(), Some(&good));

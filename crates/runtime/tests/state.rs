@@ -7,6 +7,7 @@ mod support;
 
 use dynaskin_body::Region;
 use dynaskin_runtime::{Avatar, Controls, RuntimeError};
+use sha2::{Digest as _, Sha256};
 use support::{kind, model_of, pose_at};
 
 const SHAPE: [f32; 10] = [0.5, -1.0, 0.2, 0.0, 0.3, 0.0, 0.0, -0.4, 0.0, 1.0];
@@ -161,4 +162,59 @@ fn controls_come_back_with_the_state() {
         restored.restore(b"short"),
         Err(RuntimeError::InvalidState { .. })
     ));
+}
+
+/// `bytes` with the right checksum.
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let payload = bytes.len() - 32;
+    let checksum = Sha256::digest(&bytes[..payload]);
+    bytes[payload..].copy_from_slice(&checksum);
+    bytes
+}
+
+#[test]
+fn garbage_behind_a_right_checksum_is_refused_or_taken_and_never_panics() {
+    let mut saved = avatar();
+    let mut controls = Controls::calm_clothes();
+    controls.strength = 2.0;
+    saved.set_controls(&controls).unwrap();
+    step(&mut saved, 0, 50);
+    let good = saved.save();
+    assert_eq!(sealed(good.clone()), good);
+    const HEADER: usize = 8 + 4 + 32;
+    let mut other = avatar();
+    let mut refused = 0;
+    let mut check = |bytes: Vec<u8>| {
+        if let Err(error) = other.restore(&sealed(bytes)) {
+            assert!(["state", "pose", "shape", "argument"].contains(&error.code()));
+            refused += 1;
+        }
+        // Whatever was taken can be gone on from.
+        other.step(&pose_at(0.3), 1.0 / 60.0).unwrap();
+    };
+    for place in (HEADER..good.len() - 32).step_by(29) {
+        for byte in [0x00, 0x7f, 0xff] {
+            let mut changed = good.clone();
+            changed[place] = byte;
+            check(changed);
+        }
+    }
+    for length in (HEADER + 32..good.len()).step_by(61) {
+        check(good[..length].to_vec());
+    }
+    check([&good[..], &[0; 5]].concat());
+    // Lists that claim to be longer than memory.
+    check([&good[..HEADER], &[0xff; 200]].concat());
+    assert!(refused > 50, "{refused}");
+    other.restore(&good).unwrap();
+    assert_eq!(other.save(), good);
+}
+
+#[test]
+fn a_state_of_version_2_is_refused_for_its_version() {
+    let mut bytes = avatar().save();
+    bytes[8..12].copy_from_slice(&2_u32.to_le_bytes());
+    let error = avatar().restore(&sealed(bytes)).unwrap_err();
+    assert!(error.to_string().contains("version 2, not 3"), "{error}");
+    assert_eq!(kind(&error), "InvalidState");
 }

@@ -26,6 +26,7 @@ pub const COMPLIANCE_COUNT: usize = REGION_COUNT * PARTS * TURNS;
 
 /// Why the compliance of a shape is not known.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
 pub enum ComplianceError {
     /// The body has no tissue to simulate.
     #[error(transparent)]

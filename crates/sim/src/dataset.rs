@@ -93,6 +93,7 @@ pub struct ClipHeader {
 
 /// Why a clip file could not be read or written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum DatasetError {
     /// The file system refused.
     #[error("{path}: {action} failed: {source}")]

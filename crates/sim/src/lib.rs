@@ -1,6 +1,6 @@
 //! The soft-tissue simulator of dynaskin and the data set it writes.
 //!
-//! A shell of tetrahedra lies between the skin and the bones ([`Shell`]); a [`Solver`] moves it by
+//! A shell of tetrahedra lies between the skin and the bones ([`Shell`]). A [`Solver`] moves it by
 //! the inertia of a motion, and [`simulate_clip`] turns a whole motion into a [`ClipData`]: offsets
 //! of the soft vertices in the rest pose, at 60 Hz, that need no pose later than their own.
 

@@ -1,5 +1,6 @@
 //! Simulating a whole data set: what is planned, run in parallel and resumed.
 
+mod error;
 mod execute;
 mod motions;
 mod shapes;
@@ -7,16 +8,12 @@ mod shapes;
 use std::path::PathBuf;
 
 use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
-use dynaskin_motion::MotionError;
 use sha2::{Digest as _, Sha256};
 
-use crate::dataset::DatasetError;
 use crate::materials::drawn_materials;
 use crate::settings::SimSettings;
-use crate::shell::ShellError;
-use crate::simulate::SimError;
-use crate::solver::Unstable;
 use dynaskin_body::Materials;
+pub use error::RunError;
 pub use execute::execute;
 pub use motions::{Motion, captures, procedurals, thin_captures};
 pub(crate) use shapes::even_shape;
@@ -98,60 +95,6 @@ pub enum Outcome {
     Kept,
     /// No file was written.
     Failed(RunError),
-}
-
-/// Why a data set or a clip of it could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// A folder or file cannot be read or made.
-    #[error("{path}: {reason}")]
-    Io {
-        /// The path.
-        path: PathBuf,
-        /// What the system says.
-        reason: String,
-    },
-    /// The folder of captures holds none.
-    #[error("{path} holds no .bvh files; give the folder of motion captures")]
-    NoCaptures {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// A motion cannot be read or made.
-    #[error("motion {motion}: {source}")]
-    Motion {
-        /// The motion.
-        motion: String,
-        /// Why.
-        source: MotionError,
-    },
-    /// A clip of another body has this name.
-    #[error("{path} was made with another body; give each body a folder of its own (--out)")]
-    OtherBody {
-        /// The clip's file, which stays as it is.
-        path: PathBuf,
-    },
-    /// The disk filled up while this clip or an earlier one was written.
-    #[error(
-        "{path}: the disk is full; free some space or take another folder (--out) and run the same \
-         command again: finished clips are kept"
-    )]
-    DiskFull {
-        /// The clip's file, which was not written.
-        path: PathBuf,
-    },
-    /// The body has no tissue to simulate.
-    #[error(transparent)]
-    Shell(#[from] ShellError),
-    /// Ringing a region failed.
-    #[error("ringing a region of the body: {0}")]
-    Vibration(Unstable),
-    /// The simulation failed.
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// The clip's file cannot be written.
-    #[error(transparent)]
-    Dataset(#[from] DatasetError),
 }
 
 impl Run<'_> {

@@ -3,146 +3,17 @@
 mod columns;
 mod elements;
 mod inner;
+mod surface;
+mod tissue;
 mod topology;
 
-use dynaskin_body::{BodyModel, JOINT_COUNT, Region, SHAPE_COUNT, SkinWeights};
-use glam::Vec3;
+use dynaskin_body::{BodyModel, SHAPE_COUNT};
 
-use crate::contact::ContactSurface;
 use crate::settings::SimSettings;
-pub(crate) use elements::{Tet, Triangle};
+pub use surface::{ShellError, Surface};
+pub use tissue::{Shell, ShellReport};
+pub(crate) use tissue::{Tet, Triangle};
 pub use topology::soft_vertices;
-
-/// One body shape's soft tissue, ready to be simulated.
-///
-/// Under each moving skin vertex hangs a *column* of nodes, down to the inner surface, whose nodes
-/// follow the bones exactly; so do the columns of the ring around the moving ones. Faces between
-/// columns become prisms, each split into three tetrahedra.
-///
-/// The elastic energy per volume is a neo-Hookean one (Macklin & Müller 2021, "A constraint-based
-/// formulation of stable neo-Hookean materials") in `F = I + grad d`, where d is the displacement
-/// from the skinned surface and the gradient is taken in the rest shape rotated with the bones:
-/// `G/2 (i + k i²/2) - G (J - 1) + B/2 (J - 1)²` with `i = tr(FᵀF) - 3`, J the volume ratio, k the
-/// stiffening and B the larger of `bulk_ratio` · G and `least_bulk_pa`. At small strain G is the shear modulus and B - G Lamé's
-/// first parameter. It is exactly at rest at d = 0.
-#[derive(Clone, Debug)]
-pub struct Shell {
-    /// Body vertices that move, ascending; index into it is a *slot*.
-    pub(crate) vertices: Vec<u32>,
-    /// Skin weights of each column; the first `vertices.len()` are the slots, then the ring.
-    pub(crate) column_skin: Vec<SkinWeights>,
-    /// Rest positions of the free nodes in metres: node `layer * vertices.len() + slot`.
-    pub(crate) node_rest_m: Vec<Vec3>,
-    /// Mass of each free node in kg, as the material has it.
-    pub(crate) node_mass_kg: Vec<f32>,
-    /// Damping rate of each free node in 1/s.
-    pub(crate) node_damping_per_s: Vec<f32>,
-    pub(crate) tets: Vec<Tet>,
-    pub(crate) triangles: Vec<Triangle>,
-    /// The three columns of each prism.
-    pub(crate) prisms: Vec<[u32; 3]>,
-    pub(crate) joints_rest_m: [Vec3; JOINT_COUNT],
-    /// Depth of each slot's tissue in metres.
-    pub(crate) depth_m: Vec<f32>,
-    /// Rest positions of all columns in metres, slots first.
-    pub(crate) column_rest_m: Vec<Vec3>,
-    pub(crate) contact: ContactSurface,
-    pub(crate) report: ShellReport,
-}
-
-/// What building a [`Shell`] did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ShellReport {
-    /// Moving vertices.
-    pub vertices: usize,
-    /// Tetrahedra.
-    pub tets: usize,
-    /// Tetrahedra left out because they are inverted or slivers.
-    pub dropped_tets: usize,
-    /// Columns whose depth was cut so that no element inverts.
-    pub shortened_columns: usize,
-    /// Mass of all free nodes in kg.
-    pub mass_kg: f32,
-    /// Least, mean and largest depth of the tissue in metres.
-    pub depth_m: [f32; 3],
-}
-
-/// Why no shell could be built.
-#[derive(Clone, Debug, thiserror::Error, PartialEq)]
-pub enum ShellError {
-    /// The model tells no tissue thickness or region weights.
-    #[error(
-        "body {body} has no {what}: only bodies built by `dynaskin body build` can be simulated"
-    )]
-    NoTissue {
-        /// The body model.
-        body: String,
-        /// What is missing.
-        what: &'static str,
-    },
-    /// Nothing is soft enough to move.
-    #[error("body {body}: no vertex has region weights above {threshold}")]
-    NothingSoft {
-        /// The body model.
-        body: String,
-        /// The threshold that no vertex passes.
-        threshold: f32,
-    },
-}
-
-/// A surface over bone, from which [`Shell::new`] builds: a body, or a slab in a test.
-#[derive(Clone, Debug)]
-pub struct Surface {
-    /// Rest positions in metres, `[vertex]`.
-    pub positions_m: Vec<Vec3>,
-    /// Triangles, counter-clockwise seen from outside.
-    pub faces: Vec<[u32; 3]>,
-    /// Skin weights, `[vertex]`.
-    pub skin: Vec<SkinWeights>,
-    /// Rest joint positions in metres.
-    pub joints_rest_m: [Vec3; JOINT_COUNT],
-    /// Depth of the tissue in metres, `[vertex]`.
-    pub depth_m: Vec<f32>,
-    /// Weight of each region, `[region][vertex]`; a vertex moves where they sum to more than
-    /// [`SimSettings::softness_threshold`].
-    pub region_weights: Vec<Vec<f32>>,
-    /// One number per vertex by which faces are split into tetrahedra. Equal for mirrored
-    /// vertices, so that the two sides of a body are split alike.
-    pub split_order: Vec<f32>,
-}
-
-impl Surface {
-    /// The surface of a body at one shape.
-    ///
-    /// # Errors
-    /// [`ShellError::NoTissue`] if the model has no thickness or no region weights.
-    pub fn of_body(model: &BodyModel, shape: &[f32; SHAPE_COUNT]) -> Result<Self, ShellError> {
-        let missing = |what| ShellError::NoTissue {
-            body: model.name.clone(),
-            what,
-        };
-        let shaped = model.shaped(shape);
-        if shaped.thickness_m.len() != model.vertex_count() {
-            return Err(missing("tissue thickness"));
-        }
-        if model.region_weights.len() != Region::ALL.len() {
-            return Err(missing("region weights"));
-        }
-        Ok(Self {
-            positions_m: shaped.positions_m,
-            faces: model.faces.clone(),
-            skin: model.skin.clone(),
-            joints_rest_m: shaped.joints_m,
-            depth_m: shaped.thickness_m,
-            region_weights: model.region_weights.clone(),
-            split_order: model
-                .template_m
-                .iter()
-                .map(|p| p.y + 0.37 * p.x.abs() + 0.21 * p.z)
-                .collect(),
-        })
-    }
-}
 
 impl Shell {
     /// The soft tissue of a body at one shape.

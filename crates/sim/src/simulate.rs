@@ -15,6 +15,7 @@ const RETRY_FACTORS: [u32; 2] = [2, 4];
 
 /// A clip that could not be simulated.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SimError {
     /// The clip is not at the model's rate.
     #[error("clip {clip} has {rate_hz} frames a second, expected 60: resample it first")]

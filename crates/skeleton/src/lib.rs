@@ -13,5 +13,5 @@ pub use joint::{JOINT_COUNT, Joint};
 pub use kinematics::{
     GRAVITY_M_S2, JointMotion, Kinematics, MODEL_RATE_HZ, Past, rotation_vector, second_difference,
 };
-pub use limit::{SoftLimit, soft_clip};
+pub use limit::{SoftLimit, soft_clip, soft_limited};
 pub use pose::{Pose, WorldJoints};

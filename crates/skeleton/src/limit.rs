@@ -25,6 +25,21 @@ impl SoftLimit {
     }
 }
 
+/// As [`SoftLimit::apply`], in single precision; nothing is left where the limit is 0.
+pub fn soft_limited(v: Vec3, knee: f32, limit: f32) -> Vec3 {
+    let squared = v.length_squared();
+    if squared <= knee * knee {
+        return v;
+    }
+    if limit <= 0.0 {
+        return Vec3::ZERO;
+    }
+    let length = squared.sqrt();
+    let room = limit - knee;
+    let limited = knee + room * ((length - knee) / room).tanh();
+    v * (limited / length)
+}
+
 /// Saturates an acceleration smoothly at `limit_m_per_s2`: `a / (1 + (|a|/limit)⁴)^¼`.
 ///
 /// Motion capture contains accelerations of hundreds of m/s² that no body could follow. Half the
@@ -40,6 +55,21 @@ pub fn soft_clip(acceleration_m_per_s2: Vec3, limit_m_per_s2: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn both_precisions_limit_alike() {
+        let limit = SoftLimit {
+            knee: 0.1,
+            limit: 0.2,
+        };
+        for length in [0.05, 0.1, 0.15, 0.3, 20.0] {
+            let v = DVec3::new(0.6, -0.8, 0.0) * length;
+            let single = soft_limited(v.as_vec3(), 0.1, 0.2);
+            assert!(limit.apply(v).as_vec3().distance(single) < 1e-7, "{length}");
+        }
+        assert_eq!(soft_limited(Vec3::X, 0.0, 0.0), Vec3::ZERO);
+        assert_eq!(soft_limited(Vec3::ZERO, 0.0, 0.0), Vec3::ZERO);
+    }
 
     #[test]
     fn soft_clip_keeps_small_and_bounds_large_accelerations() {

@@ -9,6 +9,7 @@ use crate::joint::{JOINT_COUNT, Joint};
 /// Double precision, because the runtime's features are second differences in time: at ten metres
 /// from the origin, single precision alone would add noise of 0.01 m/s².
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// World translation in metres, added after posing about the rest-pose pelvis (SMPL's
     /// `trans`): the pelvis stands at `joints_rest_m[0] + root_translation_m`.

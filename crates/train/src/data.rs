@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use dynaskin_body::BodyModel;
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
+use dynaskin_runtime::Learned;
 use dynaskin_runtime::features::{FeatureKind, Materials, clip_features};
 use dynaskin_sim::{ClipData, ClipHeader, ComplianceTable};
 use sha2::{Digest as _, Sha256};
@@ -162,6 +163,36 @@ impl DataSet {
         }
         Ok(clip)
     }
+
+    /// The ranges of material and shape in the clips that networks with features of `kind` learn from.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn learned(&self, kind: FeatureKind) -> Result<Learned, TrainError> {
+        let tissue = Tissue::known_to(kind);
+        let mut learned = Learned::USUAL;
+        for entry in self.of_set(Set::Training, tissue) {
+            let clip = self.read(entry)?;
+            for (range, factors) in [
+                (&mut learned.stiffness, clip.materials.stiffness),
+                (&mut learned.damping, clip.materials.damping),
+            ] {
+                factors.into_iter().for_each(|factor| widen(range, factor));
+            }
+            let ranges = learned
+                .shape
+                .get_or_insert(clip.shape.map(|beta| [beta; 2]));
+            for (range, beta) in ranges.iter_mut().zip(clip.shape) {
+                widen(range, beta);
+            }
+        }
+        Ok(learned)
+    }
+}
+
+/// Makes a range hold `value`.
+fn widen([least, most]: &mut [f32; 2], value: f32) {
+    (*least, *most) = (least.min(value), most.max(value));
 }
 
 fn entry(path: PathBuf, header: &ClipHeader, split: &Split) -> Result<ClipEntry, TrainError> {

@@ -205,6 +205,10 @@ fn but_epochs(mut settings: Value) -> Value {
     if let Some(fields) = settings.as_object_mut() {
         fields.remove("epochs");
         fields.remove("patience_epochs");
+        // As earlier checkpoints call it.
+        if let Some(scale) = fields.remove("shape_loudness") {
+            fields.insert("shape_scale".to_owned(), scale);
+        }
     }
     settings
 }

@@ -26,8 +26,8 @@ pub use checkpoint::{Checkpoint, EpochRecord};
 pub use compute::Compute;
 pub use data::{ClipEntry, DataSet, Tissue, features_of, motion_features, motion_of, offsets_of};
 pub use dynaskin::{
-    Block, BlockBasis, BlockSize, Build, Compliance, Hearing, Locality, Part, Predictor,
-    PredictorData, PredictorSizes, PredictorState, Prepared, Sequence, Spin, Thickness,
+    Block, BlockBasis, BlockSize, Build, Compliance, Locality, Part, Predictor, PredictorData,
+    PredictorInputs, PredictorSizes, PredictorState, Prepared, Sequence, Spin, Thickness,
     TissueMeasure, TrainConfig, decoder_onnx, partition, predictor_onnx, prepare, train,
 };
 pub use dynaskin_onnx::Precision;

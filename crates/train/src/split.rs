@@ -1,6 +1,6 @@
 //! Which clips a model may learn from, and which it is measured on.
 //!
-//! The split is by trial, by capture subject and by body shape, never by frame: neighbouring
+//! The split is by trial, by capture subject and by body shape, never by frame. Neighbouring
 //! frames, parts of one recording and copies of it (mirrored, time-scaled) are nearly the same
 //! data, and a model measured on them would look better than it is.
 

@@ -1,7 +1,7 @@
 //! Which graphics interface draws to a canvas.
 //!
 //! A canvas keeps the type of its first context for life, so WebGPU is tried up to and including
-//! its device before the canvas is touched: browsers exist that have `navigator.gpu` but no
+//! its device before the canvas is touched. Browsers exist that have `navigator.gpu` but no
 //! adapter, or an adapter that refuses its device.
 
 use dynaskin_render::{

@@ -9,8 +9,7 @@ use dynaskin_runtime::{Avatar, Controls, Detail, Model, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
 use crate::controls;
-use crate::error::Thrown;
-use crate::model::no_region;
+use crate::error::{Thrown, no_region};
 use crate::motion::CoreMotion;
 use crate::pose;
 use crate::puppet::CorePuppet;

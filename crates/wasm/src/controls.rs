@@ -1,7 +1,7 @@
 //! Controls as flat arrays: strength, root inertia, then four numbers a region.
 
 use dynaskin_body::REGION_COUNT;
-use dynaskin_runtime::{Controls, RegionControls};
+use dynaskin_runtime::Controls;
 
 use crate::error::Thrown;
 
@@ -20,19 +20,12 @@ pub(crate) fn from_numbers(numbers: &[f32]) -> Result<Controls, Thrown> {
             numbers.len()
         )));
     }
-    let mut controls = Controls {
-        strength: numbers[0],
-        root_inertia: numbers[1],
-        ..Controls::default()
-    };
+    let mut controls = Controls::default();
+    (controls.strength, controls.root_inertia) = (numbers[0], numbers[1]);
     let regions = numbers[HEAD..].as_chunks::<PER_REGION>().0;
     for (region, &[gain, stiffness, damping, limit_m]) in controls.regions.iter_mut().zip(regions) {
-        *region = RegionControls {
-            gain,
-            stiffness,
-            damping,
-            limit_m,
-        };
+        (region.gain, region.limit_m) = (gain, limit_m);
+        (region.stiffness, region.damping) = (stiffness, damping);
     }
     Ok(controls)
 }

@@ -110,11 +110,10 @@ impl CoreCrowd {
         asleep_beyond_m: f64,
         budget_ms: f64,
     ) -> Result<(), JsValue> {
-        let level_of_detail = LevelOfDetail {
-            half_beyond_m,
-            asleep_beyond_m,
-            budget_seconds: (!budget_ms.is_nan()).then_some(1e-3 * budget_ms),
-        };
+        let mut level_of_detail = LevelOfDetail::default();
+        level_of_detail.half_beyond_m = half_beyond_m;
+        level_of_detail.asleep_beyond_m = asleep_beyond_m;
+        level_of_detail.budget_seconds = (!budget_ms.is_nan()).then_some(1e-3 * budget_ms);
         let set = self.crowd.set_level_of_detail(Some(level_of_detail));
         Ok(set.map_err(Thrown::from)?)
     }
@@ -144,6 +143,7 @@ impl CoreCrowd {
             half,
             asleep,
             seconds,
+            ..
         } = self.report;
         vec![
             full as f64,

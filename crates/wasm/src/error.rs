@@ -1,6 +1,6 @@
 //! Rust errors as JavaScript errors.
 
-use dynaskin_body::BodyError;
+use dynaskin_body::{BodyError, REGION_COUNT};
 use dynaskin_motion::MotionError;
 use dynaskin_runtime::RuntimeError;
 use js_sys::{Error, Reflect};
@@ -53,4 +53,12 @@ impl From<MotionError> for Thrown {
             message: error.to_string(),
         }
     }
+}
+
+/// The error for a region that does not exist.
+pub(crate) fn no_region(region: usize) -> Thrown {
+    Thrown::argument(format!(
+        "There is no region {region}; they are numbered 0 to {}.",
+        REGION_COUNT - 1
+    ))
 }

@@ -7,7 +7,7 @@ use dynaskin_runtime::{Bundle, Model};
 use wasm_bindgen::prelude::*;
 
 use crate::avatar::CoreAvatar;
-use crate::error::Thrown;
+use crate::error::{Thrown, no_region};
 
 /// A body without networks.
 #[wasm_bindgen]
@@ -137,11 +137,4 @@ impl CoreModel {
     pub fn create_avatar(&self, shape: &[f32]) -> Result<CoreAvatar, JsValue> {
         CoreAvatar::new(&self.model, shape)
     }
-}
-
-pub(crate) fn no_region(region: usize) -> Thrown {
-    Thrown::argument(format!(
-        "There is no region {region}; they are numbered 0 to {}.",
-        REGION_COUNT - 1
-    ))
 }

@@ -281,7 +281,7 @@ export class Avatar {
    * How large the avatar stands in the world: metres of the world in a metre of its body, 0.1 to 10.
    * Poses then have their translation in metres of the world, and {@link skinMatrices} and
    * {@link skinned} are of that size, while {@link offsets} and {@link positions} stay those of the
-   * body in its own size. What the tissue feels is in lengths of the body: a doll and a giant whose
+   * body in its own size. The inputs of the networks are in lengths of the body: a doll and a giant whose
    * poses are to scale move alike. May change in mid-motion; other numbers throw `argument`.
    */
   get scale(): number {

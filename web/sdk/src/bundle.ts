@@ -19,11 +19,21 @@ export interface BundleFile {
   sha256: string;
 }
 
+/** What networks learned from: the least and the greatest value. Beyond that they extrapolate. */
+export interface Learned {
+  /** Factor on the tissue's stiffness. */
+  stiffness: [least: number, greatest: number];
+  /** Factor on its damping ratio. */
+  damping: [least: number, greatest: number];
+  /** Each shape coefficient, in standard deviations; absent where it is not known. */
+  shape?: [least: number, greatest: number][];
+}
+
 /** `bundle.json`: what belongs together, and where it comes from. */
 export interface Bundle {
   /** Always `dynaskin-bundle`. */
   format: string;
-  /** Version of the format. */
+  /** Version of the format, 1 or 2. */
   version: number;
   /** Name of the model, such as `female`. */
   name: string;
@@ -41,6 +51,8 @@ export interface Bundle {
   feature_count: number;
   /** Numbers in a latent vector. */
   latent_count: number;
+  /** What the networks learned from; absent in version 1. */
+  learned?: Learned;
   /** Body vertices that the decoder moves, ascending. */
   vertices: number[];
   /** What the networks were trained on. */

@@ -23,9 +23,9 @@ export interface RegionControls {
 /**
  * All that can be turned on an avatar while it moves.
  *
- * Networks of the feature kind `inertial-materials` have learned tissue of a half to twice the usual
- * stiffness, and damping ratios of 0.63 to 1.6 times the usual; within these ranges stiffness and
- * damping are their input. What goes beyond, and everything with networks of other kinds, acts after
+ * Networks of the feature kind `inertial-materials` have learned tissue of other stiffness and damping
+ * (`Bundle.learned`; the shipped ones half to twice the usual stiffness, and damping ratios of
+ * 0.63 to 1.6 times the usual); within these ranges stiffness and damping are their input. What goes beyond, and everything with networks of other kinds, acts after
  * them: each region counts as one damped oscillator whose own frequency was measured on the model, and
  * a linear filter replaces its swing by that of the changed oscillator. It is stable for every setting,
  * and an approximation where tissue swings in several ways at once.

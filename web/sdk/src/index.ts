@@ -13,7 +13,13 @@ export {
   type SkinnedSurface,
   type StepTimings,
 } from "./avatar.js";
-export { type Bundle, type BundleFile, REGION_NAMES, type RegionName } from "./bundle.js";
+export {
+  type Bundle,
+  type BundleFile,
+  type Learned,
+  REGION_NAMES,
+  type RegionName,
+} from "./bundle.js";
 export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
 export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
 export type { Detail } from "./detail.js";

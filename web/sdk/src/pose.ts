@@ -39,7 +39,7 @@ export type JointName = (typeof JOINT_NAMES)[number];
  * the body's feet on y = 0), then one unit quaternion x, y, z, w per joint in the order of
  * {@link JOINT_NAMES}: the rotation of the joint's frame in its parent's. The rest frames are
  * aligned with the model's axes, so the rest pose is all identity. Double precision, because the
- * tissue feels second differences.
+ * features are second differences.
  */
 export type Pose = Float64Array;
 

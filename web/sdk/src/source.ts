@@ -60,7 +60,7 @@ interface ReadOptions {
 /**
  * Reads a file to its end.
  *
- * @throws DynaSkinError `fetch` when it cannot be read or is larger than `maxBytes`.
+ * @throws DynaSkinError `fetch` when it cannot be downloaded or is larger than `maxBytes`.
  * @internal
  */
 export async function readBytes(source: FileSource, options: ReadOptions): Promise<Uint8Array> {

@@ -129,7 +129,7 @@ describe("versions", () => {
 
   it("of a bundle that this build does not know is refused", async () => {
     const files = modelFiles({}, (bundle) => {
-      bundle.version = 2;
+      bundle.version = 3;
     });
     const error = await expectError("bundle", () => load({ model: files }));
     expect(error.message).toContain("update dynaskin");

@@ -98,6 +98,16 @@ describe("another method's networks", () => {
     model.dispose();
   });
 
+  it("are refused where the package leaves out the method's code, which the error says", async () => {
+    const dsnet = new URL("methods/dsnet/", modelFolder());
+    const model = await loadModel();
+    await expect(load({ model: dsnet, body: model.body })).rejects.toMatchObject({
+      code: "bundle",
+      message: expect.stringContaining("guests"),
+    });
+    model.dispose();
+  });
+
   it("are refused with the body of another model, and with what is no body", async () => {
     const male = await loadModel("male");
     const error = await expectError("bundle", () => load({ model: springs, body: male.body }));

@@ -1,8 +1,8 @@
 //! Learning Nonlinear Soft-Tissue Dynamics for Interactive Avatars (Casas & Otaduy 2018).
 //!
-//! A fully connected autoencoder makes 100 latents of an offset field; a network with one hidden
+//! A fully connected autoencoder maps an offset field to 100 latents. A network with one hidden
 //! layer of rectified linear units predicts the next latents from three poses and the two latents
-//! before; its loss is the distance of offset fields, each vertex weighted by how little rigid it
+//! before. Its loss is the distance of offset fields, each vertex weighted by how little rigid it
 //! is. What differs from the paper:
 //!
 //! - one network serves all body shapes, so β is an input;
@@ -24,80 +24,25 @@ mod fit_regressor;
 mod head;
 mod regressor;
 mod rigidity;
+mod run;
 mod span;
 mod subspace;
 #[cfg(test)]
 mod tests;
 mod window;
 
-use std::fs;
-use std::path::Path;
-
 use burn::module::Module;
 use dynaskin_onnx::Precision;
 
-use dynaskin_train::{Checkpoint, EpochRecord, Networks, TrainError, TrainingInput};
+use dynaskin_train::{Networks, TrainError, TrainingInput};
 use export::Trained;
 use fit_regressor::Lesson;
 use head::{Head, LatentScale};
+use run::autoencoder_folder;
 
 pub use config::{AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, RegressorConfig};
+pub use run::{CasasOtaduyProgress, RunFolder};
 pub use subspace::{SubspaceErrors, compare_subspaces};
-
-/// What training tells while it runs.
-#[derive(Clone, Copy, Debug)]
-pub enum CasasOtaduyProgress<'a> {
-    /// Clips read so far, and in all.
-    Clips {
-        /// So far.
-        done: usize,
-        /// In all.
-        all: usize,
-    },
-    /// An epoch of one of the networks.
-    Epoch {
-        /// `autoencoder` or `regressor`.
-        network: &'static str,
-        /// Epochs in all.
-        epochs: usize,
-        /// What it came to.
-        record: &'a EpochRecord,
-    },
-}
-
-/// Where a run keeps its state, and whether to take up what is there.
-#[derive(Clone, Copy, Debug)]
-pub struct RunFolder<'a> {
-    /// The folder; each network has its own in it.
-    pub path: &'a Path,
-    /// Fingerprint of the data ([`dynaskin_train::DataSet::fingerprint`]).
-    pub data: &'a str,
-    /// Whether to go on with what the folder holds.
-    pub resume: bool,
-}
-
-impl RunFolder<'_> {
-    /// Whether one of the networks has been trained here, wholly or in part.
-    pub fn holds_run(&self) -> bool {
-        let Ok(entries) = fs::read_dir(self.path) else {
-            return false;
-        };
-        let networks = entries.flatten().map(|entry| entry.path());
-        let mut networks = networks.filter(|path| path.is_dir());
-        networks.any(|path| Checkpoint::new(&path).is_ok_and(|checkpoint| checkpoint.holds_run()))
-    }
-
-    fn checkpoint(&self, network: &str) -> Result<(Checkpoint, bool), TrainError> {
-        let checkpoint = Checkpoint::new(&self.path.join(network))?.for_data(self.data.to_owned());
-        let resume = self.resume && checkpoint.holds_run();
-        Ok((checkpoint, resume))
-    }
-}
-
-/// Name of the folder of an autoencoder with so many latents.
-fn autoencoder_folder(latents: usize) -> String {
-    format!("autoencoder-{latents}")
-}
 
 /// Trains autoencoder and regressor; gives the networks and the minutes that it took, those of the
 /// runs that were resumed among them. The autoencoder does not depend on the weights of the loss:

@@ -1,9 +1,9 @@
 //! The subspace that the training offsets span, in which the networks are trained.
 //!
 //! The autoencoder's first and last layers are linear and as wide as the offsets. Gradients of the
-//! first never leave the span of what it is given, and the best last layer lies in the span of its
-//! targets, so both are trained in coordinates of that span, which is far narrower, and multiplied
-//! with its basis afterwards: the same network for a fraction of the time. The basis is
+//! first never leave the span of its inputs, and the best last layer lies in the span of its
+//! targets. So both are trained in coordinates of that span, which is far narrower, and multiplied
+//! with its basis afterwards. That is the same network for a fraction of the time. The basis is
 //! orthonormal: distances are those of offset fields.
 
 use nalgebra::DMatrix;

@@ -6,8 +6,8 @@ use super::autoencoder::Autoencoder;
 use super::config::AutoencoderConfig;
 use super::data::{ClipFields, prepare};
 use super::fit_autoencoder::{encode, fit_autoencoder};
+use super::run::{CasasOtaduyProgress, RunFolder, autoencoder_folder};
 use super::span::Span;
-use super::{CasasOtaduyProgress, RunFolder, autoencoder_folder};
 use dynaskin_train::{Set, TrainError, TrainingInput, offsets_of};
 
 /// How well two subspaces of the same size hold the frames of a clip.

@@ -1,7 +1,7 @@
 //! Dyna / DMPL: principal components and a linear second-order auto-regression.
 //!
 //! `δ_t = A δ_{t-1} + B δ_{t-2} + C φ_t` (Pons-Moll et al. 2015, Eq. 11; Loper et al. 2015, section
-//! 6), with the project's inertial features and β for the control vector φ: those are the
+//! 6), with the project's inertial features and β for the control vector φ. These features are the
 //! velocities and accelerations of joints and root, seen from the joints. A, B and C are fitted by
 //! ridge regression on true coefficients, one step at a time, and then made stable: see
 //! [`regression`].

@@ -1,8 +1,8 @@
 //! The auto-regression: normal equations, stability, roll-out.
 //!
 //! One-step regression knows nothing of what happens when its own output comes back as input. To be
-//! sure that it dies away, A is scaled by s and B by s², which multiplies every root of
-//! `det(λ² - A λ - B) = 0` by s; s is the largest that keeps the spectral radius of the companion
+//! sure that it dies away, A is scaled by s and B by s², which multiplies every root of `det(λ² - A
+//! λ - B) = 0` by s. The scale s is the largest that keeps the spectral radius of the companion
 //! matrix [[A, B], [I, 0]] within the limit. The radius is bounded from above by Gelfand's formula,
 //! `ρ(M) <= |M^k|^(1/k)`, whose right side comes down to ρ for large k, so the bound errs on the
 //! safe side.

@@ -1,12 +1,12 @@
 //! The mesh autoencoder (section 4.1 and Figure 3 of the paper).
 //!
-//! Offsets of all vertices, scaled to -1..1 as in the paper's section 5, go through two dense layers
-//! that every vertex has in common, then through four convolutions along the vertices in their order,
-//! which make the list shorter and keep the channels, then through one dense layer to the latents. The
-//! decoder is the mirror image, with transposed convolutions. The paper does not name an activation;
-//! here it is tanh after every layer but the last of each half: most offsets are far below the largest,
-//! where tanh is nearly linear. (On the fields of `tests/dsnet.rs` thirty epochs came to 0.57 of static
-//! with ReLU and Kaiming's first weights, and to less than 0.25 so.)
+//! Offsets of all vertices, scaled to -1..1 as in the paper's section 5, go through two dense
+//! layers that all vertices share. Four convolutions along the vertices in their order follow,
+//! which shorten the list and keep the channels, then one dense layer to the latents. The decoder
+//! is the mirror image, with transposed convolutions. The paper does not name an activation; here
+//! it is tanh after every layer but the last of each half: most offsets are far below the largest,
+//! where tanh is nearly linear. (On the fields of `tests/dsnet.rs` thirty epochs came to 0.57 of
+//! static with ReLU and Kaiming's first weights, and to less than 0.25 so.)
 //!
 //! Fields are `[frame, vertex, channel]`, and a convolution is one matrix product: neighbours are laid
 //! side by side first. So forward and backward are matrix products, which burn's CPU backend is good at.

@@ -152,9 +152,10 @@ fn fields(offsets_m: &[f32], vertices: usize, unit_m: f32, device: &Device) -> T
     Tensor::from_data(TensorData::new(scaled, [frames, vertices, 3]), device)
 }
 
-/// Trains an autoencoder on `frames`, keeps its state in `checkpoint` and gives the weights of the epoch
-/// that did best on the validation frames: mean squared error of the scaled coordinates (the paper does not
-/// name its loss), divided by that of no offset so that 1 means nothing learned.
+/// Trains an autoencoder on `frames`, keeps its state in `checkpoint` and gives the weights of the
+/// epoch that did best on the validation frames. The loss is the mean squared error of the scaled
+/// coordinates (the paper does not name its own), divided by that of no offset so that 1 means
+/// nothing learned.
 ///
 /// # Errors
 /// [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].

@@ -99,9 +99,10 @@ fn distance(latents: Tensor<2>, targets: Tensor<2>) -> Tensor<1> {
     (square + SMALLEST_SQUARE).sqrt().mean()
 }
 
-/// Trains a predictor on so many `inputs` a frame, keeps its state in `checkpoint` and gives the weights of
-/// the epoch that did best on the validation clips: the distance in latent space, averaged over the frames of each batch (the paper
-/// sums them, which for Adam is the same but for the padding).
+/// Trains a predictor on so many `inputs` a frame, keeps its state in `checkpoint` and gives the
+/// weights of the epoch that did best on the validation clips. The loss is the distance in latent
+/// space, averaged over the frames of each batch (the paper sums them, which for Adam is the same
+/// but for the padding).
 ///
 /// # Errors
 /// [`TrainError::Diverged`], [`TrainError::Checkpoint`], [`TrainError::Io`].

@@ -2,9 +2,9 @@
 
 use dynaskin_onnx::{Graph, Precision};
 
-use super::KIND;
+use super::config::KIND;
 use super::rig::Rig;
-use super::tuning::Spring;
+use super::spring::Spring;
 use dynaskin_train::TrainError;
 
 /// `predictor.onnx`: the tips' positions and velocities are the states `state_q` and `state_v`

@@ -4,8 +4,8 @@ use dynaskin_body::{BodyModel, Joint, Region, SHAPE_COUNT};
 use dynaskin_runtime::features::INERTIAL_JOINTS;
 use glam::Vec3;
 
-use super::KIND;
-use super::tuning::Spring;
+use super::config::KIND;
+use super::spring::Spring;
 use dynaskin_train::{TrainError, rest_features};
 
 /// Half the width of the band about the midline in which a vertex follows the bones of both sides,

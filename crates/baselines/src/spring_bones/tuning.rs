@@ -1,12 +1,8 @@
 //! Stiffness, damping and gain of a region's springs by least squares.
 
-use std::f64::consts::TAU;
-
-use dynaskin_motion::MODEL_RATE_HZ;
-use serde::Serialize;
-
-use super::SpringBonesConfig;
+use super::config::SpringBonesConfig;
 use super::rig::Rig;
+use super::spring::Spring;
 
 /// What drives the springs in a clip, and where their tips should be.
 #[derive(Clone, Debug)]
@@ -15,48 +11,6 @@ pub(super) struct Recording {
     pub drive_m_s2: Vec<f32>,
     /// The tips that explain the offsets best, `[frame][bone][xyz]`.
     pub target_m: Vec<f32>,
-}
-
-/// A tuned spring.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(super) struct Spring {
-    /// Its region.
-    pub region: &'static str,
-    /// Frequency of the damped swing.
-    pub frequency_hz: f64,
-    /// Damping ratio (1 = critical).
-    pub damping_ratio: f64,
-    /// How much of the drive the mass feels; 1 for a free mass.
-    pub gain: f64,
-    /// Share of the tips' mean square over the training set that the spring explains.
-    pub explained: f64,
-}
-
-/// A spring one tick at a time: `v ← retained v - stiffness q - gain push a`, `q ← q + v`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ticks {
-    /// Per tick squared.
-    pub stiffness: f64,
-    /// Share of the velocity that a tick leaves.
-    pub retained: f64,
-    /// Metres that an acceleration of 1 m/s² adds to the velocity of a free mass, chosen so that a
-    /// steady acceleration pulls the tip as far as it pulls the spring.
-    pub push: f64,
-}
-
-impl Spring {
-    /// The recurrence whose poles are exactly those of the spring, sampled at 60 Hz.
-    pub fn ticks(&self) -> Ticks {
-        let damped = TAU * self.frequency_hz / MODEL_RATE_HZ;
-        let undamped = damped / (1.0 - self.damping_ratio.powi(2)).sqrt();
-        let radius = (-self.damping_ratio * undamped).exp();
-        let stiffness = 1.0 + radius * radius - 2.0 * radius * damped.cos();
-        Ticks {
-            stiffness,
-            retained: radius * radius,
-            push: stiffness / (undamped * MODEL_RATE_HZ).powi(2),
-        }
-    }
 }
 
 /// The spring that explains most of the targets of `bones`, which share it.
@@ -140,6 +94,10 @@ fn fit_gain(recordings: &[Recording], bones: &[usize], rig: &Rig, spring: Spring
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
+    use dynaskin_motion::MODEL_RATE_HZ;
+
     use super::*;
     use dynaskin_train::fixture;
 

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand, ValueEnum};
 use dynaskin_body::Sex;
-use dynaskin_body::build::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, build, unpack_wheel};
+use dynaskin_body_builder::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, build, unpack_wheel};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::say;

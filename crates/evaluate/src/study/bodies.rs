@@ -10,7 +10,7 @@ use dynaskin_sim::{
 use half::f16;
 use rayon::prelude::*;
 
-use super::Contestant;
+use super::contestant::Contestant;
 use super::groups::Groups;
 use super::showcase::Snapshot;
 use dynaskin_train::TrainError;

@@ -4,8 +4,8 @@ use dynaskin_body::{BodyModel, Pose};
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use dynaskin_sim::ClipData;
 
+use super::contestant::{Contestant, mean};
 use super::groups::Groups;
-use super::{Contestant, mean};
 use dynaskin_train::{ClipEntry, DataSet, TrainError, features_of, motion_of, offsets_of};
 
 /// Length of the way from the last pose of a motion to the next one, in ticks.
@@ -30,9 +30,9 @@ pub struct Drift {
 }
 
 /// Plays a held-out clip again and again for `minutes` (at least two), with a smooth way from each
-/// end to the next start, and compares the first minute with the last: as many whole passes as a
-/// minute holds, so that both hold the same frames. The truth of each pass is the clip's own, but for
-/// its first second. `progress` is told methods done and in all.
+/// end to the next start, and compares the first minute with the last. Each is as many whole passes
+/// as a minute holds, so that both have the same frames. The truth of each pass is the clip's own,
+/// but for its first second. `progress` is told methods done and in all.
 ///
 /// # Errors
 /// [`TrainError::Config`] for a clip that is too short; [`TrainError::Runtime`], and what reading a

@@ -2,7 +2,7 @@
 
 use dynaskin_body::BodyModel;
 
-use super::Contestant;
+use super::contestant::Contestant;
 use super::groups::Groups;
 use super::reconstruction::{Reach, Span};
 use dynaskin_train::{

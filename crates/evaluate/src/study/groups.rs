@@ -127,7 +127,7 @@ impl Movers {
                         .map(|frame| {
                             let start = frame * coordinates + axis;
                             let values = slots.iter().map(|s| offsets_m[start + 3 * s]);
-                            1000.0 * super::mean(values.map(f64::from))
+                            1000.0 * super::contestant::mean(values.map(f64::from))
                         })
                         .collect()
                 })

@@ -7,7 +7,7 @@ use dynaskin_sim::{ClipData, Materials, Ringing, SimSettings};
 use rayon::prelude::*;
 
 use super::bodies::simulated;
-use super::{Contestant, mean};
+use super::contestant::{Contestant, mean};
 use dynaskin_train::TrainError;
 
 /// Speed in m/s that the body takes on within one tick: an impulse of acceleration, small enough

@@ -2,7 +2,7 @@
 
 use dynaskin_body::{BodyModel, Pose, SHAPE_COUNT};
 
-use super::Contestant;
+use super::contestant::Contestant;
 use super::groups::Groups;
 use dynaskin_train::{ClipEntry, DataSet, TrainError, motion_of, offsets_of};
 

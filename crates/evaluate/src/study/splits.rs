@@ -2,10 +2,10 @@
 
 use dynaskin_body::BodyModel;
 
+use super::contestant::{Contestant, mean};
 use super::groups::{Groups, Movers, group_names};
 use super::signals::SignalSums;
 use super::spectra::{Lag, Spectrum};
-use super::{Contestant, mean};
 use dynaskin_train::{DataSet, Set, TrainError, motion_of, offsets_of};
 
 /// Index of the soft vertices among [`group_names`].

@@ -6,18 +6,12 @@ use std::path::{Path, PathBuf};
 use dynaskin_body::BodyModel;
 use glam::Vec3;
 
-use super::{check_frames, obj_file, ply_file, vertex_count};
+use super::mesh::{Mesh, check_frames, vertex_count};
+use super::{obj_file, ply_file};
 use crate::FitError;
 
 /// Larger than any mesh of a body: a million vertices as text.
 const MAX_FILE_BYTES: u64 = 256 << 20;
-
-/// Positions and faces of one file.
-pub(super) struct Mesh {
-    pub positions: Vec<Vec3>,
-    /// Vertex indices of each face, of any number of corners; empty for bare points.
-    pub faces: Vec<Vec<u32>>,
-}
 
 /// Reads one file, whose path is for messages.
 type Read = fn(&Path, &[u8]) -> Result<Mesh, FitError>;

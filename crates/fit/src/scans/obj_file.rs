@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 use obj::ObjData;
 
-use super::folder::Mesh;
+use super::mesh::Mesh;
 use crate::FitError;
 
 /// Positions and faces of an OBJ file, in the file's order.

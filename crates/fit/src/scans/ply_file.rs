@@ -7,7 +7,7 @@ use glam::Vec3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult};
 
-use super::folder::Mesh;
+use super::mesh::Mesh;
 use crate::FitError;
 
 /// More vertices or faces than a body has; a header's counts are not trusted.

@@ -10,6 +10,7 @@ mod hops;
 mod track;
 
 use dynaskin_body::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::GRAVITY_M_S2 as GRAVITY;
 use glam::Vec3;
 
 use crate::clip::check_range;
@@ -20,8 +21,6 @@ use figure::{Figure, Stance};
 const LEAD_SECONDS: f64 = 0.6;
 /// Time standing still after the motion, in seconds: tissue rings for about that long.
 const TAIL_SECONDS: f64 = 0.8;
-/// Gravitational acceleration in m/s².
-const GRAVITY: f64 = 9.81;
 
 /// A motion this crate can make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

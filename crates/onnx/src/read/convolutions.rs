@@ -5,7 +5,7 @@ use tract_core::ops::cnn::{Conv, Deconv, KernelFormat, PaddingSpec, PoolSpec};
 use tract_core::ops::nn::DataFormat;
 use tract_core::prelude::*;
 
-use super::ReadError;
+use super::error::ReadError;
 use super::operators::{Node, Wire};
 
 /// Largest kernel, stride, dilation and padding: far above what a network has, far below what

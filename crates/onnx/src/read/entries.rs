@@ -7,7 +7,7 @@
 
 use crate::messages::{Entries, MODEL, NODE, TENSOR};
 
-use super::{MAX_NODES, ReadError, invalid, too_many_nodes};
+use super::error::{MAX_NODES, ReadError, invalid, too_many_nodes};
 
 /// Most names, numbers of attributes, axes, inputs and outputs of a file together: 64 for each of
 /// [`MAX_NODES`] nodes. The largest network of the project has a few hundred.

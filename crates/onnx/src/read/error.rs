@@ -2,8 +2,12 @@
 
 use thiserror::Error;
 
-/// A file that cannot be used. All kinds are known to callers, who say which network it was.
+/// Most nodes of a graph, and most initialisers; the largest network of the project has about sixty.
+pub(super) const MAX_NODES: usize = 4096;
+
+/// A file that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// The bytes are no ONNX file.
     #[error("not an ONNX file: {reason}; check that the file is complete")]
@@ -21,6 +25,17 @@ pub enum ReadError {
         /// The operators there are.
         supported: String,
     },
+    /// The graph uses an operator that this build leaves out.
+    #[error(
+        "node `{node}` uses the operator {operator}, which this build leaves out; build dynaskin-onnx \
+         with the feature `convolutions`"
+    )]
+    LeftOut {
+        /// The node's name.
+        node: String,
+        /// The operator.
+        operator: String,
+    },
     /// The graph contradicts itself or the ONNX operators' definitions.
     #[error("not a valid graph: {place}: {problem}; export it again")]
     InvalidGraph {
@@ -35,4 +50,18 @@ pub enum ReadError {
         /// tract's message.
         reason: String,
     },
+}
+
+/// The error for a graph that contradicts itself at `place`.
+pub(super) fn invalid(place: impl Into<String>, problem: impl Into<String>) -> ReadError {
+    ReadError::InvalidGraph {
+        place: place.into(),
+        problem: problem.into(),
+    }
+}
+
+/// The error for more than [`MAX_NODES`].
+pub(super) fn too_many_nodes() -> ReadError {
+    let problem = format!("more than {MAX_NODES} nodes or initialisers");
+    invalid("graph", problem)
 }

@@ -8,8 +8,9 @@ use tract_core::ops::einsum::EinSum;
 use tract_core::ops::{math, nn};
 use tract_core::prelude::*;
 
+use super::error::{ReadError, invalid};
+use super::proto;
 use super::translate::{Known, Translation};
-use super::{ReadError, invalid, proto};
 use crate::messages::{Attribute, FLOAT, NodeMessage};
 
 /// The operators there are, for messages.
@@ -69,6 +70,11 @@ pub(super) fn wire(
         "Conv" if official => node.conv(),
         #[cfg(feature = "convolutions")]
         "ConvTranspose" if official => node.conv_transpose(),
+        #[cfg(not(feature = "convolutions"))]
+        "Conv" | "ConvTranspose" if official => Err(ReadError::LeftOut {
+            node: proto.name.clone(),
+            operator: proto.op_type.clone(),
+        }),
         _ => Err(ReadError::UnknownOperator {
             node: proto.name.clone(),
             operator: format!("{}{}", domain_prefix(&proto.domain), proto.op_type),

@@ -2,7 +2,8 @@
 
 use tract_core::prelude::f16;
 
-use super::{ReadError, entries, invalid};
+use super::entries;
+use super::error::{ReadError, invalid};
 use crate::messages::{EXTERNAL, FLOAT, FLOAT16, GraphMessage, INT64, Model, TensorMessage};
 
 /// Operator sets whose definitions of the operators are the ones implemented: from 13 on

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use tract_core::prelude::*;
 
+use super::checked::{CheckedGraph, Port};
+use super::error::{MAX_NODES, ReadError, invalid, too_many_nodes};
 use super::operators;
 use super::proto::{self, Numbers};
-use super::{CheckedGraph, MAX_NODES, Port, ReadError, invalid, too_many_nodes};
 use crate::messages::{FLOAT, GraphMessage, Length, TensorMessage, ValueInfo};
 
 /// Most multiplications of one run. The fully connected autoencoder of Casas and Otaduy, the

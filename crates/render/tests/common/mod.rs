@@ -1,4 +1,4 @@
-//! A figure of capsules and an offscreen renderer, for tests that draw.
+//! A body of capsules and an offscreen renderer, for tests that draw.
 
 // Each test file uses its own part of this. Clippy takes only `#[test]` functions for tests.
 #![allow(dead_code, clippy::unwrap_used, clippy::print_stdout)]
@@ -28,7 +28,7 @@ pub fn renderer(test: &str, skinning: SkinningPath) -> Option<Renderer> {
 
 /// A mesh with its owned arrays.
 #[derive(Default)]
-pub struct Figure {
+pub struct TestBody {
     pub positions_m: Vec<f32>,
     pub normals: Vec<f32>,
     pub faces: Vec<u32>,
@@ -36,12 +36,12 @@ pub struct Figure {
     pub weights: Vec<f32>,
 }
 
-impl Figure {
-    /// A standing figure of capsules 1.7 m tall, each on one joint.
+impl TestBody {
+    /// A standing body of capsules 1.7 m tall, each on one joint.
     pub fn standing() -> Self {
-        let mut figure = Self::default();
+        let mut body = Self::default();
         let mut limb = |joint, from: [f32; 3], to: [f32; 3], radius_m| {
-            figure.add_capsule(joint, Vec3::from(from), Vec3::from(to), radius_m);
+            body.add_capsule(joint, Vec3::from(from), Vec3::from(to), radius_m);
         };
         limb(0, [0.0, 0.95, 0.0], [0.0, 1.05, 0.0], 0.16);
         limb(9, [0.0, 1.15, 0.0], [0.0, 1.32, 0.0], 0.15);
@@ -58,7 +58,7 @@ impl Figure {
                 0.038,
             );
         }
-        figure
+        body
     }
 
     fn add_capsule(&mut self, joint: u8, from: Vec3, to: Vec3, radius_m: f32) {
@@ -106,7 +106,7 @@ impl Figure {
         }
     }
 
-    /// Adds the figure with its surface.
+    /// Adds the body with its surface.
     pub fn add_to(&self, renderer: &mut Renderer, offsets: OffsetSizes<'_>) -> BodyId {
         let id = renderer.add_body(&self.mesh()).unwrap();
         renderer

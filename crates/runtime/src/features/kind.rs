@@ -3,6 +3,11 @@
 use dynaskin_body::{Joint, REGION_COUNT, Region, SHAPE_COUNT};
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "guests")]
+use super::guests::{
+    POSE_SHAPE_JOINTS, POSE_SHAPE_POSE_COUNT, WINDOW_POSE_COUNT, WINDOW_POSES, pose_names,
+};
+
 /// The joints whose inertial motion is a feature, in feature order.
 pub const INERTIAL_JOINTS: [Joint; 10] = [
     Joint::Pelvis,
@@ -43,22 +48,11 @@ pub const INERTIAL_FEATURE_COUNT: usize = INERTIAL_MOTION_COUNT + SHAPE_COUNT;
 /// Numbers that tell a body's materials: stiffness and damping of each region.
 pub const MATERIAL_COUNT: usize = 2 * REGION_COUNT;
 
-/// Joints in DSNet's pose vector: SMPL's but for the hands.
-pub(super) const POSE_SHAPE_JOINTS: usize = 22;
-
-/// Numbers of a pose in `pose-shape`: root translation, and a rotation vector for each joint.
-const POSE_SHAPE_POSE_COUNT: usize = 3 + 3 * POSE_SHAPE_JOINTS;
-
-/// Numbers of a pose in `pose-window`: root translation, and a rotation vector for each joint.
-pub(super) const WINDOW_POSE_COUNT: usize = 3 + 3 * dynaskin_body::JOINT_COUNT;
-
-/// Poses in `pose-window`.
-pub(super) const WINDOW_POSES: usize = 3;
-
 /// What a network takes as input, as named in `bundle.json`. Each kind is some numbers about the
 /// motion, then some about the body: its materials where the kind has them, and β last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum FeatureKind {
     /// For each of [`INERTIAL_JOINTS`], in the joint's own frame: acceleration minus gravity
     /// (m/s²), angular velocity (rad/s), angular acceleration (rad/s²). For each of
@@ -70,12 +64,17 @@ pub enum FeatureKind {
     InertialMaterials,
     /// DSNet's input (Seo, Zou, Cordier 2021, section 4): the root's translation (m), a rotation
     /// vector (rad) for each joint but the hands, and β.
+    #[cfg(feature = "guests")]
     PoseShape,
-    /// The poses that Casas & Otaduy (2018, section 3.4) regress from: those of this tick and of the
-    /// two before it, newest first, each as root translation (m) and a rotation vector (rad) for
-    /// each joint; then β, which they did not need because they trained one network a subject.
+    /// The poses that Casas & Otaduy (2018, section 3.4) regress from, of this tick and of the two
+    /// before it, newest first. Each is a root translation (m) and a rotation vector (rad) for each
+    /// joint. Then β, which they did not need because they trained one network a subject.
+    #[cfg(feature = "guests")]
     PoseWindow,
 }
+
+/// Names of the kinds that exist only with the feature `guests`.
+pub(crate) const GUEST_KINDS: [&str; 2] = ["pose-shape", "pose-window"];
 
 impl FeatureKind {
     /// Number of features of this kind.
@@ -87,7 +86,9 @@ impl FeatureKind {
     pub const fn motion_count(self) -> usize {
         match self {
             Self::Inertial | Self::InertialMaterials => INERTIAL_MOTION_COUNT,
+            #[cfg(feature = "guests")]
             Self::PoseShape => POSE_SHAPE_POSE_COUNT,
+            #[cfg(feature = "guests")]
             Self::PoseWindow => WINDOW_POSES * WINDOW_POSE_COUNT,
         }
     }
@@ -110,7 +111,9 @@ impl FeatureKind {
     pub fn names(self) -> Vec<String> {
         let mut names = match self {
             Self::Inertial | Self::InertialMaterials => inertial_names(),
+            #[cfg(feature = "guests")]
             Self::PoseShape => pose_names("", POSE_SHAPE_JOINTS),
+            #[cfg(feature = "guests")]
             Self::PoseWindow => ["", ".before", ".earlier"]
                 .into_iter()
                 .flat_map(|suffix| pose_names(suffix, dynaskin_body::JOINT_COUNT))
@@ -141,16 +144,6 @@ fn inertial_names() -> Vec<String> {
         for column in ["x_axis", "y_axis"] {
             names.extend(["x", "y", "z"].map(|a| format!("{}.{column}.{a}", joint.name())));
         }
-    }
-    names
-}
-
-fn pose_names(suffix: &str, joints: usize) -> Vec<String> {
-    let mut names: Vec<String> = ["x", "y", "z"]
-        .map(|axis| format!("root_translation{suffix}.{axis}"))
-        .into();
-    for joint in Joint::ALL.into_iter().take(joints) {
-        names.extend(["x", "y", "z"].map(|a| format!("{}.rotation{suffix}.{a}", joint.name())));
     }
     names
 }

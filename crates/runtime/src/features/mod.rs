@@ -5,25 +5,26 @@
 //!
 //! [`FeatureKind`] names the kinds there are.
 
+#[cfg(feature = "guests")]
+mod guests;
 mod kind;
 mod limits;
 
 pub use dynaskin_body::Materials;
 use dynaskin_body::SHAPE_COUNT;
 use dynaskin_skeleton::{
-    GRAVITY_M_S2, JOINT_COUNT, Joint, Kinematics, MODEL_RATE_HZ, Pose, WorldJoints, rotation_vector,
+    GRAVITY_M_S2, JOINT_COUNT, Joint, Kinematics, MODEL_RATE_HZ, Pose, WorldJoints,
 };
 use glam::{DMat3, DVec3, Vec3};
 
+pub(crate) use kind::GUEST_KINDS;
 pub use kind::{
     FeatureKind, INERTIAL_FEATURE_COUNT, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS,
 };
-use kind::{POSE_SHAPE_JOINTS, WINDOW_POSE_COUNT, WINDOW_POSES};
 pub use limits::{ANGULAR_ACCELERATION_LIMIT, ANGULAR_VELOCITY_LIMIT, LINEAR_ACCELERATION_LIMIT};
 
 use crate::RuntimeError;
 use crate::pose::normalized;
-use crate::state::{Reader, Writer};
 
 /// Features of one [`FeatureKind`], computed pose by pose at 60 Hz.
 ///
@@ -79,37 +80,20 @@ impl MotionFeatures {
         }
     }
 
-    /// Scales how much of the pelvis's own acceleration the joints are said to feel; 1 (all of it)
+    /// Scales how much of the pelvis's own acceleration is in the features; 1 (all of it)
     /// is what networks are trained with.
     pub fn set_root_inertia(&mut self, root_inertia: f64) {
         self.root_inertia = root_inertia;
     }
 
-    pub(crate) fn write(&self, writer: &mut Writer) {
-        for pose in self.kinematics.past_poses() {
-            writer.flag(pose.is_some());
-            if let Some(pose) = pose {
-                writer.pose(pose);
-            }
-        }
+    /// The poses before the current one, newest first.
+    pub(crate) fn past(&self) -> [Option<Pose>; 2] {
+        self.kinematics.past_poses().map(Option::<&Pose>::cloned)
     }
 
-    /// Past poses of a saved state, for [`Self::set_past`].
-    pub(crate) fn read_past(
-        reader: &mut Reader<'_>,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-    ) -> Result<Kinematics, RuntimeError> {
-        let mut poses = [None, None];
-        for pose in &mut poses {
-            if reader.flag()? {
-                *pose = Some(reader.pose()?);
-            }
-        }
-        Ok(Kinematics::new(poses, joints_rest_m))
-    }
-
-    pub(crate) fn set_past(&mut self, past: Kinematics) {
-        self.kinematics = past;
+    /// Goes on from these poses instead.
+    pub(crate) fn set_past(&mut self, past: [Option<Pose>; 2]) {
+        self.kinematics = Kinematics::new(past, &self.joints_rest_m);
     }
 
     /// Changes the unit of length of all poses to come; `ratio` is the old one over the new one.
@@ -128,10 +112,12 @@ impl MotionFeatures {
                 self.write_inertial(&world);
                 self.write_rotations(&pose);
             }
-            FeatureKind::PoseShape => {
-                write_pose(&pose, POSE_SHAPE_JOINTS, &mut self.features);
+            #[cfg(feature = "guests")]
+            FeatureKind::PoseShape => guests::write_pose_shape(&pose, &mut self.features),
+            #[cfg(feature = "guests")]
+            FeatureKind::PoseWindow => {
+                guests::write_window(&pose, self.kinematics.past_poses(), &mut self.features);
             }
-            FeatureKind::PoseWindow => self.write_window(&pose),
         }
         self.kinematics.advance(pose, world);
         &self.features
@@ -177,18 +163,6 @@ impl MotionFeatures {
         }
     }
 
-    fn write_window(&mut self, pose: &Pose) {
-        let [before, earlier] = self.kinematics.past_poses();
-        let before = before.unwrap_or(pose);
-        let poses: [&Pose; WINDOW_POSES] = [pose, before, earlier.unwrap_or(before)];
-        for (pose, target) in poses
-            .into_iter()
-            .zip(self.features.chunks_exact_mut(WINDOW_POSE_COUNT))
-        {
-            write_pose(pose, JOINT_COUNT, target);
-        }
-    }
-
     fn write_rotations(&mut self, pose: &Pose) {
         let first = 9 * INERTIAL_JOINTS.len();
         for (slot, joint) in ROTATION_JOINTS.into_iter().enumerate() {
@@ -199,15 +173,6 @@ impl MotionFeatures {
             self.features[start..start + 3].copy_from_slice(&x.to_array());
             self.features[start + 3..start + 6].copy_from_slice(&y.to_array());
         }
-    }
-}
-
-/// Root translation in metres, then the rotation vectors of the first `joints` joints in radians.
-fn write_pose(pose: &Pose, joints: usize, target: &mut [f32]) {
-    target[..3].copy_from_slice(&pose.root_translation_m.as_vec3().to_array());
-    let rotations = pose.parent_from_joint.iter().take(joints);
-    for (rotation, target) in rotations.zip(target[3..].chunks_exact_mut(3)) {
-        target.copy_from_slice(&rotation_vector(*rotation).as_vec3().to_array());
     }
 }
 

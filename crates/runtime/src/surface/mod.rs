@@ -4,6 +4,7 @@ mod normals;
 pub(crate) mod skinning;
 mod vertex_controls;
 
+use dynaskin_skeleton::soft_limited;
 use glam::Vec3;
 
 pub(crate) use normals::Topology;
@@ -72,8 +73,10 @@ impl Surface {
     ) {
         let triples = offsets_m.as_chunks::<3>().0;
         for ((&vertex, offset_m), controls) in soft_vertices.iter().zip(triples).zip(controls) {
-            let offset_m = limited(
+            // Offsets up to half the limit are left alone.
+            let offset_m = soft_limited(
                 Vec3::from_array(*offset_m) * controls.gain,
+                0.5 * controls.limit_m,
                 controls.limit_m,
             );
             let idx = vertex as usize;
@@ -107,21 +110,4 @@ impl Surface {
     fn update_normals(&mut self, topology: &Topology, rest: &RestSurface) {
         topology.update_normals(&rest.still_normals, &self.positions_m, &mut self.normals);
     }
-}
-
-/// The offset with its length limited as by [`dynaskin_skeleton::SoftLimit`], the knee being half the
-/// limit.
-fn limited(offset_m: Vec3, limit_m: f32) -> Vec3 {
-    let knee_m = 0.5 * limit_m;
-    let squared = offset_m.length_squared();
-    if squared <= knee_m * knee_m {
-        return offset_m;
-    }
-    if limit_m <= 0.0 {
-        return Vec3::ZERO;
-    }
-    let length = squared.sqrt();
-    let room = limit_m - knee_m;
-    let limited = knee_m + room * ((length - knee_m) / room).tanh();
-    offset_m * (limited / length)
 }

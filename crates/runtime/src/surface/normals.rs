@@ -1,6 +1,6 @@
 //! Vertex normals of a body of which only some vertices move.
 
-use dynaskin_body::BodyModel;
+use dynaskin_body::{BodyModel, add_face_normals};
 use glam::Vec3;
 
 /// Which faces and normals can change when the soft vertices move.
@@ -40,7 +40,7 @@ impl Topology {
     /// unit normals over all faces, per vertex.
     pub fn still_normals(&self, positions_m: &[Vec3]) -> (Vec<Vec3>, Vec<Vec3>) {
         let mut still = vec![Vec3::ZERO; positions_m.len()];
-        add_normals(&self.still_faces, positions_m, &mut still);
+        add_face_normals(&self.still_faces, positions_m, &mut still);
         let mut normals: Vec<Vec3> = still.iter().map(|sum| sum.normalize_or(Vec3::Y)).collect();
         self.update_normals(&still, positions_m, &mut normals);
         (still, normals)
@@ -51,22 +51,10 @@ impl Topology {
         for &vertex in &self.moving_vertices {
             normals[vertex as usize] = still[vertex as usize];
         }
-        add_normals(&self.moving_faces, positions_m, normals);
+        add_face_normals(&self.moving_faces, positions_m, normals);
         for &vertex in &self.moving_vertices {
             let normal = &mut normals[vertex as usize];
             *normal = normal.normalize_or(Vec3::Y);
         }
-    }
-}
-
-/// Adds each face's normal, times twice its area, to its corners.
-fn add_normals(faces: &[[u32; 3]], positions_m: &[Vec3], sums: &mut [Vec3]) {
-    for face in faces {
-        let [a, b, c] = face.map(|corner| corner as usize);
-        let origin = positions_m[a];
-        let normal = (positions_m[b] - origin).cross(positions_m[c] - origin);
-        sums[a] += normal;
-        sums[b] += normal;
-        sums[c] += normal;
     }
 }

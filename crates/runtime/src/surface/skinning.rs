@@ -1,6 +1,6 @@
-//! Linear blend skinning of positions and normals in one pass.
+//! Skin matrices as the avatar needs them; the blend itself is [`dynaskin_body::skin_surface`].
 
-use dynaskin_body::{JOINT_COUNT, Pose, SkinMatrices, SkinWeights};
+use dynaskin_body::{JOINT_COUNT, Pose, SkinMatrices};
 use glam::{Affine3A, Mat4, Vec3};
 
 /// Skin matrices of a body whose metre is `scale` metres of the world.
@@ -18,24 +18,4 @@ pub(crate) fn scaled(pose: &Pose, joints_rest_m: &[Vec3; JOINT_COUNT], scale: f6
 /// `world_from_rest` of each joint as hosts upload it: 4 by 4, column-major.
 pub(crate) fn matrices(skin: &SkinMatrices) -> [Mat4; JOINT_COUNT] {
     skin.world_from_rest.map(Mat4::from)
-}
-
-/// Skins `rest` positions (metres) and normals into `skinned`. Normals take the blended matrix
-/// itself, not its inverse transpose: it is a scaled rotation but for a shear where joints disagree.
-pub(crate) fn blend(
-    weights: &[SkinWeights],
-    skin: &SkinMatrices,
-    rest: (&[Vec3], &[Vec3]),
-    skinned: (&mut [Vec3], &mut [Vec3]),
-) {
-    let sources = weights.iter().zip(rest.0.iter().zip(rest.1));
-    let targets = skinned.0.iter_mut().zip(skinned.1);
-    for ((weights, (position, normal)), (skinned_position, skinned_normal)) in sources.zip(targets)
-    {
-        let world_from_rest = skin.blended(weights);
-        *skinned_position = world_from_rest.transform_point3(*position);
-        *skinned_normal = world_from_rest
-            .transform_vector3(*normal)
-            .normalize_or(*normal);
-    }
 }

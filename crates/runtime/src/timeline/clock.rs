@@ -5,12 +5,13 @@
 //! What is shown lies between the last two ticks, one tick (16.7 ms) behind the host, because at
 //! the host's instant only ticks of the past exist.
 
-use dynaskin_skeleton::{JOINT_COUNT, MODEL_RATE_HZ, Pose, rotation_vector};
+use dynaskin_skeleton::{MODEL_RATE_HZ, Pose, rotation_vector};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
 use crate::features::ROTATION_JOINTS;
-use crate::state::{Reader, Writer};
+use crate::state;
 use crate::timeline::interpolation::{Rates, Way};
 
 /// Longest time step that is caught up with, in seconds: 15 ticks. A longer one is a stall (hidden
@@ -87,7 +88,7 @@ impl Ticks {
 }
 
 /// Time and motion seen so far.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct TickClock {
     pose: Option<Pose>,
     /// A pose before that, and the seconds between the two; none right after a settling.
@@ -100,7 +101,7 @@ pub(crate) struct TickClock {
 }
 
 /// What a cut is recognised by.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Velocity {
     root_m_s: DVec3,
     joints_rad_s: [DVec3; ROTATION_JOINTS.len() + 1],
@@ -161,70 +162,27 @@ impl TickClock {
         }
     }
 
-    /// Adds the clock to a saved state.
-    pub fn write(&self, writer: &mut Writer) {
-        writer.double(self.phase);
-        writer.flag(self.pose.is_some());
-        if let Some(pose) = &self.pose {
-            writer.pose(pose);
-        }
-        writer.flag(self.earlier.is_some());
-        if let Some((pose, age_seconds)) = &self.earlier {
-            writer.pose(pose);
-            writer.double(*age_seconds);
-        }
-        writer.flag(self.rates.is_some());
-        if let Some(rates) = &self.rates {
-            writer.vector(rates.root_m_s);
-            for turn in rates.joints_rad_s {
-                writer.vector(turn);
-            }
-        }
-        writer.flag(self.velocity.is_some());
-        if let Some(velocity) = &self.velocity {
-            writer.vector(velocity.root_m_s);
-            for turn in velocity.joints_rad_s {
-                writer.vector(turn);
-            }
-        }
-    }
-
-    /// The clock of a saved state.
+    /// Whether a clock from a saved state can go on.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidState`], [`RuntimeError::InvalidPose`].
-    pub fn read(reader: &mut Reader<'_>) -> Result<Self, RuntimeError> {
-        let mut clock = Self {
-            phase: reader.double()?.clamp(0.0, 1.0),
-            ..Self::default()
-        };
-        if reader.flag()? {
-            clock.pose = Some(reader.pose()?);
+    pub fn check_saved(&self) -> Result<(), RuntimeError> {
+        let earlier = self.earlier.as_ref();
+        state::check_poses(self.pose.iter().chain(earlier.map(|(pose, _)| pose)))?;
+        state::check_numbers(earlier.map(|(_, age_seconds)| *age_seconds))?;
+        if let Some(rates) = &self.rates {
+            state::check_vectors([&rates.root_m_s])?;
+            state::check_vectors(&rates.joints_rad_s)?;
         }
-        if reader.flag()? {
-            clock.earlier = Some((reader.pose()?, reader.double()?));
+        if let Some(velocity) = &self.velocity {
+            state::check_vectors([&velocity.root_m_s])?;
+            state::check_vectors(&velocity.joints_rad_s)?;
         }
-        if reader.flag()? {
-            let mut rates = Rates {
-                root_m_s: reader.vector()?,
-                joints_rad_s: [DVec3::ZERO; JOINT_COUNT],
-            };
-            for turn in &mut rates.joints_rad_s {
-                *turn = reader.vector()?;
-            }
-            clock.rates = Some(rates);
+        if (0.0..=1.0).contains(&self.phase) {
+            Ok(())
+        } else {
+            Err(state::invalid("its clock is not between two ticks"))
         }
-        if reader.flag()? {
-            let mut velocity = Velocity {
-                root_m_s: reader.vector()?,
-                joints_rad_s: [DVec3::ZERO; ROTATION_JOINTS.len() + 1],
-            };
-            for turn in &mut velocity.joints_rad_s {
-                *turn = reader.vector()?;
-            }
-            clock.velocity = Some(velocity);
-        }
-        Ok(clock)
     }
 
     /// The last pose that took time.

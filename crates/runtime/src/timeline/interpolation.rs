@@ -8,13 +8,14 @@
 
 use dynaskin_skeleton::{JOINT_COUNT, Pose, rotation_vector};
 use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 
 /// Where the step before was shorter than this fraction of the step, its noise would be blown up:
 /// straight interpolation then.
 const MIN_STEP_RATIO: f64 = 0.1;
 
 /// How fast a pose changes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Rates {
     pub root_m_s: DVec3,
     /// Of each joint against its parent, about the joint's own axes.

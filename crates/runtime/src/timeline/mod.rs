@@ -6,8 +6,8 @@ mod interpolation;
 mod visibility;
 
 use dynaskin_skeleton::Pose;
+use serde::{Deserialize, Serialize};
 
-use crate::state::{Reader, Writer};
 use crate::{RuntimeError, pose};
 use clock::{Advance, TickClock, Ticks};
 
@@ -71,12 +71,22 @@ pub(crate) enum Shown {
 }
 
 /// What a saved state says.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct TimelineMemory {
-    scale: f64,
+    pub scale: f64,
     pub enabled: bool,
     unsettled: bool,
     clock: TickClock,
+}
+
+impl TimelineMemory {
+    /// Whether it can be gone on from; the scale is checked by itself.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidState`], [`RuntimeError::InvalidPose`].
+    pub fn check(&self) -> Result<(), RuntimeError> {
+        self.clock.check_saved()
+    }
 }
 
 impl Default for Timeline {
@@ -254,24 +264,14 @@ impl Timeline {
         self.clock.pose()
     }
 
-    /// Adds switch and clock to a saved state; the scale is written by itself.
-    pub fn write(&self, writer: &mut Writer) {
-        writer.flag(self.enabled);
-        writer.flag(self.unsettled);
-        self.clock.write(writer);
-    }
-
-    /// What a saved state says of a timeline with `scale`, for [`Self::remember`].
-    ///
-    /// # Errors
-    /// [`RuntimeError::InvalidState`], [`RuntimeError::InvalidPose`].
-    pub fn read(reader: &mut Reader<'_>, scale: f64) -> Result<TimelineMemory, RuntimeError> {
-        Ok(TimelineMemory {
-            scale,
-            enabled: reader.flag()?,
-            unsettled: reader.flag()?,
-            clock: TickClock::read(reader)?,
-        })
+    /// What a saved state says of it, for [`Self::remember`].
+    pub fn memory(&self) -> TimelineMemory {
+        TimelineMemory {
+            scale: self.scale,
+            enabled: self.enabled,
+            unsettled: self.unsettled,
+            clock: self.clock.clone(),
+        }
     }
 
     /// Goes on from that; visibility stays the host's.

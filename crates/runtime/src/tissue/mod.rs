@@ -7,12 +7,13 @@ mod response;
 use std::sync::Arc;
 
 use dynaskin_body::{Materials, SHAPE_COUNT};
-use dynaskin_skeleton::{JOINT_COUNT, Kinematics, Pose};
+use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
 use crate::features::{FeatureKind, MotionFeatures};
-use crate::state::{Reader, Writer};
+use crate::state;
 
 pub(crate) use mode::{Fit, Mode};
 pub(crate) use response::Filters;
@@ -59,10 +60,10 @@ pub(crate) struct Tissue {
     fade_seconds: f64,
 }
 
-/// What the tissue remembers, read from a saved state.
-#[derive(Debug)]
+/// What the tissue remembers, as a saved state holds it.
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Memory {
-    past: Kinematics,
+    past: [Option<Pose>; 2],
     state: Vec<f32>,
     latents: [Vec<f32>; 2],
     shown_m: Vec<f32>,
@@ -177,7 +178,7 @@ impl Tissue {
     }
 
     /// Computes the features of a tick at which the body takes `pose`.
-    pub fn feel(&mut self, pose: &Pose) {
+    pub fn push_pose(&mut self, pose: &Pose) {
         self.features.push(pose);
     }
 
@@ -301,49 +302,45 @@ impl Tissue {
         1.0 - gone * gone * (3.0 - 2.0 * gone)
     }
 
-    /// Adds what the tissue remembers to a saved state.
-    pub fn write(&self, writer: &mut Writer) {
-        self.features.write(writer);
-        writer.floats(&self.state);
-        for numbers in [
-            &self.latent,
-            &self.latent_before,
-            &self.shown_m,
-            &self.faded_m,
-        ] {
-            writer.floats(numbers);
-        }
-        writer.double(self.fade_seconds);
-        if let Some(response) = &self.response {
-            for numbers in response.inputs_m.iter().chain(&response.outputs_m) {
-                writer.floats(numbers);
-            }
+    /// What a saved state says of it, for [`Self::remember`].
+    pub fn memory(&self) -> Memory {
+        let response = self.response.as_ref();
+        Memory {
+            past: self.features.past(),
+            state: self.state.clone(),
+            latents: [self.latent.clone(), self.latent_before.clone()],
+            shown_m: self.shown_m.clone(),
+            faded_m: self.faded_m.clone(),
+            fade_seconds: self.fade_seconds,
+            response: response.map(|r| [r.inputs_m.clone(), r.outputs_m.clone()]),
         }
     }
 
-    /// What a saved state says, for [`Self::remember`]. `responds` tells whether the saved controls
-    /// change stiffness or damping.
-    pub fn read(
-        &self,
-        reader: &mut Reader<'_>,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-        responds: bool,
-    ) -> Result<Memory, RuntimeError> {
-        let (latents, numbers) = (self.latent.len(), self.shown_m.len());
-        Ok(Memory {
-            past: MotionFeatures::read_past(reader, joints_rest_m)?,
-            state: reader.floats(self.state.len())?,
-            latents: [reader.floats(latents)?, reader.floats(latents)?],
-            shown_m: reader.floats(numbers)?,
-            faded_m: reader.floats(numbers)?,
-            fade_seconds: reader.double()?.clamp(0.0, FADE_SECONDS),
-            response: if responds {
-                let mut list = || reader.floats(numbers);
-                Some([[list()?, list()?], [list()?, list()?]])
-            } else {
-                None
-            },
-        })
+    /// Whether `memory` is one of this tissue; `responds` tells whether the saved controls change
+    /// stiffness or damping.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidState`], [`RuntimeError::InvalidPose`].
+    pub fn check(&self, memory: &Memory, responds: bool) -> Result<(), RuntimeError> {
+        state::check_poses(memory.past.iter().flatten())?;
+        state::check_list(&memory.state, self.state.len())?;
+        for latent in &memory.latents {
+            state::check_list(latent, self.latent.len())?;
+        }
+        let response = memory.response.iter().flatten().flatten();
+        for offsets_m in [&memory.shown_m, &memory.faded_m]
+            .into_iter()
+            .chain(response)
+        {
+            state::check_list(offsets_m, self.shown_m.len())?;
+        }
+        if !(0.0..=FADE_SECONDS).contains(&memory.fade_seconds) {
+            return Err(state::invalid("its fade does not fit"));
+        }
+        if memory.response.is_some() != responds {
+            return Err(state::invalid("its controls and its tissue do not fit"));
+        }
+        Ok(())
     }
 
     /// Goes on from what a saved state said; shape and controls are already as they were then.

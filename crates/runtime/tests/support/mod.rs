@@ -7,7 +7,7 @@ use std::sync::Arc;
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Pose, REGION_COUNT, SHAPE_COUNT, SkinWeights};
 use dynaskin_onnx::{Graph, LstmWeights, Precision, Value, WriteError};
 use dynaskin_runtime::features::{FeatureKind, INERTIAL_FEATURE_COUNT};
-use dynaskin_runtime::{Bundle, BundleFile, Model, RuntimeError};
+use dynaskin_runtime::{Bundle, BundleFile, Learned, Model, RuntimeError};
 use glam::{DQuat, DVec3, Vec3};
 
 /// How large the made-up body and networks are.
@@ -217,7 +217,7 @@ pub fn bundle(predictor: &[u8], decoder: &[u8]) -> Bundle {
 fn bundle_of(size: Size, predictor: &[u8], decoder: &[u8]) -> Bundle {
     Bundle {
         format: "dynaskin-bundle".to_owned(),
-        version: 1,
+        version: 2,
         name: "tube".to_owned(),
         rate_hz: 60.0,
         body: BundleFile::of("body.glb", b"made in memory"),
@@ -226,6 +226,7 @@ fn bundle_of(size: Size, predictor: &[u8], decoder: &[u8]) -> Bundle {
         feature_kind: FeatureKind::Inertial,
         feature_count: INERTIAL_FEATURE_COUNT,
         latent_count: size.latents,
+        learned: Learned::USUAL,
         vertices: vertices_of(size),
         training: Default::default(),
         measured: Default::default(),

@@ -41,6 +41,7 @@ pub struct ComplianceTable {
 
 /// Why a table could not be made or read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// The file system refused.
     #[error("{path}: {action} failed: {source}")]

@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{Job, JobReport, Outcome, Run, RunError};
+use super::error::RunError;
+use super::{Job, JobReport, Outcome, Run};
 use crate::calibration::largest_offsets;
 use crate::dataset::{ClipHeader, DatasetError};
 use crate::shell::Shell;

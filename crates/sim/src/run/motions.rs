@@ -7,7 +7,7 @@ use dynaskin_body::JOINT_COUNT;
 use dynaskin_motion::{Clip, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKind};
 use glam::Vec3;
 
-use super::RunError;
+use super::error::RunError;
 
 /// A motion of the data set.
 #[derive(Clone, Debug, PartialEq)]

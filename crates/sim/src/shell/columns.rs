@@ -2,7 +2,7 @@
 
 use dynaskin_body::REGION_COUNT;
 
-use super::Surface;
+use super::surface::Surface;
 use super::topology::{neighbours, soft_vertices, softness};
 use crate::settings::SimSettings;
 

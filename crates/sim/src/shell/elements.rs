@@ -5,7 +5,8 @@ use glam::{Mat3, Vec3};
 
 use super::columns::Columns;
 use super::inner::InnerSurface;
-use super::{Shell, ShellReport, Surface};
+use super::surface::Surface;
+use super::tissue::{Shell, ShellReport, Tet, Triangle};
 use crate::contact::ContactSurface;
 use crate::settings::SimSettings;
 
@@ -14,38 +15,6 @@ const LEAST_QUALITY: f32 = 0.08;
 
 /// Acceleration of a hard landing, for the strain that stability must allow for.
 const LANDING_M_PER_S2: f32 = 20.0;
-
-/// A linear tetrahedron.
-#[derive(Clone, Debug)]
-pub(crate) struct Tet {
-    /// Nodes; the number of free nodes stands for "fixed to the bone".
-    pub nodes: [u32; 4],
-    /// Rest gradients of the shape functions of corners 1..4, in 1/m; corner 0 has minus their sum.
-    pub gradients_per_m: [Vec3; 3],
-    /// Volume in m³ times shear modulus in Pa.
-    pub stiffness_joules: f32,
-    /// Volume in m³ times modulus of the volume term in Pa.
-    pub bulk_joules: f32,
-    /// How many times stiffer it gets at the strain it is expected to reach.
-    pub strain_margin: f32,
-    /// Prism it belongs to, whose rotation it follows.
-    pub prism: u32,
-}
-
-/// A piece of skin.
-#[derive(Clone, Debug)]
-pub(crate) struct Triangle {
-    /// Nodes, as of [`Tet`].
-    pub nodes: [u32; 3],
-    /// Two unit vectors in its rest plane.
-    pub tangents: [Vec3; 2],
-    /// Rest gradients of corners 1 and 2 along the tangents, in 1/m.
-    pub gradients_per_m: [[f32; 2]; 2],
-    /// Area in m² times the skin's stiffness in N/m.
-    pub stiffness_joules: f32,
-    /// Prism it covers.
-    pub prism: u32,
-}
 
 pub(super) fn build(
     surface: &Surface,

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use dynaskin_body::vertex_normals;
 use glam::Vec3;
 
-use super::Surface;
 use super::columns::Columns;
+use super::surface::Surface;
 use crate::settings::SimSettings;
 
 /// Rounds of smoothing the directions, so that columns under a breast run side by side to the chest

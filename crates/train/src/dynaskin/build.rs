@@ -2,18 +2,20 @@
 //!
 //! β has ten coefficients, and a data set has few shapes beside that: a network that sees β itself
 //! fits these few and fails on others. What a region's swing depends on is its compliance: few numbers,
-//! over which few shapes are spread well. So each block hears the logarithm of the compliance of two parts
-//! of its own region, the thicker half (of the chest: the breasts) and the thinner, and its own materials.
-//! Where the data set tells no compliance, thickness stands for it (`f = sqrt(G / rho) / (4 h)`).
-//! β itself is heard, too, but no further than it was learned from: beyond that only the tissue tells. How
-//! loud it is beside the rest is a setting: the more shapes were learned from, the more it can be trusted.
+//! over which few shapes are spread well. So each block is conditioned on the logarithm of the
+//! compliance of two parts of its own region: the thicker half (of the chest: the breasts) and the thinner.
+//! It is conditioned on its own materials as well. Where the data set has no compliance, thickness stands
+//! for it (`f = sqrt(G / rho) / (4 h)`). β itself is an input, too, clamped to the range that was learned
+//! from. Its scale beside the other inputs is a setting: the more shapes were learned from, the more it can
+//! be trusted.
 
 use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
-use dynaskin_onnx::{Graph, Precision, Value, WriteError};
+use dynaskin_onnx::{Graph, Value, WriteError};
 use dynaskin_runtime::features::MATERIAL_COUNT;
 use dynaskin_sim::{COMPLIANCE_COUNT, ComplianceTable};
 use serde::{Deserialize, Serialize};
 
+use super::clamped::clamped;
 use super::compliance::Compliance;
 use super::thickness::Thickness;
 
@@ -57,7 +59,7 @@ impl TissueMeasure {
     }
 }
 
-/// Turns the features of a body (materials, then β) into what the predictor hears: the materials
+/// Turns the features of a body (materials, then β) into the predictor's inputs: the materials
 /// (binary logarithms), β within the range learned from, then what is told about the tissue, region by
 /// region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,7 +68,7 @@ pub struct Build {
     pub tissue: TissueMeasure,
     /// The least and the greatest of each coefficient of β among the bodies learned from.
     pub shape_range: [(f32, f32); SHAPE_COUNT],
-    /// What each number is multiplied with before the predictor hears it.
+    /// What each number is multiplied with before it is an input.
     pub scale: Vec<f32>,
 }
 
@@ -89,14 +91,14 @@ impl Build {
         build
     }
 
-    /// How many numbers the predictor hears.
+    /// Number of inputs.
     pub fn count(&self) -> usize {
         MATERIAL_COUNT + SHAPE_COUNT + self.tissue.count()
     }
 
-    /// Whether the block that belongs to `region` hears the number `index`; a block of no region
-    /// hears all.
-    pub fn is_heard(&self, index: usize, region: Option<usize>) -> bool {
+    /// Whether the block that belongs to `region` is conditioned on input `index`; a block of no region
+    /// is on all.
+    pub fn is_connected(&self, index: usize, region: Option<usize>) -> bool {
         let Some(region) = region else { return true };
         match index.checked_sub(MATERIAL_COUNT) {
             None => index % REGION_COUNT == region,
@@ -108,8 +110,8 @@ impl Build {
     }
 
     /// Sets range and scale by the bodies learned from, each `[materials, β]`, so that numbers come
-    /// out with deviations of 1 about 0, those of β with `shape_loudness`.
-    pub fn fit<'a>(&mut self, bodies: impl Iterator<Item = &'a [f32]>, shape_loudness: f32) {
+    /// out with deviations of 1 about 0, those of β with `shape_scale`.
+    pub fn fit<'a>(&mut self, bodies: impl Iterator<Item = &'a [f32]>, shape_scale: f32) {
         self.scale.fill(1.0);
         self.shape_range = [(f32::MAX, f32::MIN); SHAPE_COUNT];
         let mut squares = vec![0.0; self.count()];
@@ -129,21 +131,21 @@ impl Build {
             .map(|square| 1.0 / deviation(square).max(SMALLEST_DEVIATION))
             .collect();
         for scale in &mut self.scale[MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT] {
-            *scale *= shape_loudness;
+            *scale *= shape_scale;
         }
     }
 
-    /// What the predictor hears of the body with these features: materials, then β.
+    /// The inputs from the body with these features: materials, then β.
     pub fn of(&self, body: &[f32]) -> Vec<f32> {
         let (materials, shape) = body.split_at(MATERIAL_COUNT);
         let within = shape.iter().zip(&self.shape_range);
         let within = within.map(|(beta, (least, most))| beta.max(*least).min(*most));
-        let mut heard: Vec<f32> = materials.iter().copied().chain(within).collect();
-        heard.extend(self.tissue.of(shape));
-        for (number, scale) in heard.iter_mut().zip(&self.scale) {
+        let mut inputs: Vec<f32> = materials.iter().copied().chain(within).collect();
+        inputs.extend(self.tissue.of(shape));
+        for (number, scale) in inputs.iter_mut().zip(&self.scale) {
             *number *= scale;
         }
-        heard
+        inputs
     }
 
     /// The same in a graph but for the scale, from `[1, materials + β]`.
@@ -157,39 +159,22 @@ impl Build {
     }
 }
 
-/// β `[1,10]` within `range`: `β + relu(least - β) - relu(β - most)`.
-pub(super) fn clamped(
-    graph: &mut Graph,
-    name: &str,
-    shape: &Value,
-    range: &[(f32, f32); SHAPE_COUNT],
-) -> Result<Value, WriteError> {
-    let (least, most): (Vec<f32>, Vec<f32>) = range.iter().copied().unzip();
-    let (single, size) = (Precision::Single, [1, SHAPE_COUNT]);
-    let least = graph.weights(&format!("least_{name}"), &size, &least, single)?;
-    let most = graph.weights(&format!("greatest_{name}"), &[SHAPE_COUNT], &most, single)?;
-    let below = graph.sub(&least, shape)?;
-    let below = graph.relu(&below);
-    let beyond = graph.sub(shape, &most)?;
-    let beyond = graph.relu(&beyond);
-    let within = graph.add(shape, &below)?;
-    graph.sub(&within, &beyond)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::fixture;
 
     #[test]
-    fn blocks_hear_their_own_region_and_the_shape() {
+    fn blocks_are_conditioned_on_their_own_region_and_the_shape() {
         let build = Build::of_body(&fixture::symmetric_body(4), None);
         assert_eq!(build.count(), 34);
-        let heard: Vec<usize> = (0..34).filter(|i| build.is_heard(*i, Some(1))).collect();
+        let connected: Vec<usize> = (0..34)
+            .filter(|i| build.is_connected(*i, Some(1)))
+            .collect();
         let shape = MATERIAL_COUNT..MATERIAL_COUNT + SHAPE_COUNT;
         let expected: Vec<usize> = [1, 7].into_iter().chain(shape).chain([24, 25]).collect();
-        assert_eq!(heard, expected);
-        assert!((0..34).all(|index| build.is_heard(index, None)));
+        assert_eq!(connected, expected);
+        assert!((0..34).all(|index| build.is_connected(index, None)));
     }
 
     #[test]

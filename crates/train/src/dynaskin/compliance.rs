@@ -125,7 +125,7 @@ impl Compliance {
 
     /// The same in a graph, from β `[1,10]`.
     pub(super) fn write(&self, graph: &mut Graph, shape: &Value) -> Result<Value, WriteError> {
-        let within = super::build::clamped(graph, "compliance_shape", shape, &self.range)?;
+        let within = super::clamped::clamped(graph, "compliance_shape", shape, &self.range)?;
         let [first, second] = factors();
         let first = graph.gather(&within, 1, &first)?;
         let second = graph.gather(&within, 1, &second)?;

@@ -37,9 +37,10 @@ pub struct TrainConfig {
     pub clip_norm: f32,
     /// How much the error's change from tick to tick counts beside the error itself.
     pub velocity_weight: f32,
-    /// How loud the shape coefficients are, beside numbers about the body of deviation 1.
-    pub shape_loudness: f32,
-    /// Whether each block of the body has springs and cells of its own, which hear its joints only.
+    /// Standard deviation of the shape coefficients as inputs; the other numbers about the body have 1.
+    #[serde(alias = "shape_loudness")]
+    pub shape_scale: f32,
+    /// Whether each block of the body has springs and cells of its own, connected to its joints only.
     pub local: bool,
     /// Whether the mirror image of every training clip is learned from as well.
     pub mirror: bool,
@@ -62,7 +63,7 @@ impl Default for TrainConfig {
             weight_decay: 0.1,
             clip_norm: 1.0,
             velocity_weight: 1.5,
-            shape_loudness: 0.3,
+            shape_scale: 0.3,
             local: true,
             mirror: true,
         }
@@ -97,7 +98,7 @@ impl TrainConfig {
                 ""
             },
             cells = if self.local {
-                " whose cells hear one block and its neighbours"
+                " whose cells are connected to one block and its neighbours"
             } else {
                 ""
             },
@@ -134,11 +135,7 @@ impl TrainConfig {
                 f64::from(self.velocity_weight),
                 0.0..=100.0,
             ),
-            (
-                "shape_loudness",
-                f64::from(self.shape_loudness),
-                0.0..=100.0,
-            ),
+            ("shape_scale", f64::from(self.shape_scale), 0.0..=100.0),
         ])
     }
 }

@@ -4,8 +4,8 @@ use burn::tensor::Tensor;
 use dynaskin_onnx::{Graph, LstmWeights, Precision, Value, WriteError};
 
 use super::blocks::BlockBasis;
+use super::inputs::PredictorInputs;
 use super::predictor::{Predictor, PredictorSizes};
-use super::prepare::Hearing;
 use super::spin::Spin;
 use crate::TrainError;
 
@@ -19,12 +19,12 @@ use crate::TrainError;
 /// [`TrainError::Onnx`], such as for weights that are not finite.
 pub fn predictor_onnx(
     predictor: &Predictor,
-    hearing: &Hearing,
+    inputs: &PredictorInputs,
     deviation_m: &[f32],
     precision: Precision,
 ) -> Result<Vec<u8>, TrainError> {
-    let normaliser = &hearing.normaliser;
-    let weights = Folded::new(predictor, hearing, deviation_m, precision);
+    let normaliser = &inputs.normaliser;
+    let weights = Folded::new(predictor, inputs, deviation_m, precision);
     let sizes = weights.sizes;
     let mut graph = Graph::new("predictor");
     let motion_count = normaliser.motion;
@@ -39,7 +39,7 @@ pub fn predictor_onnx(
     let second = graph.gather(&parts[0], 1, &second)?;
     let spin = graph.mul(&first, &second)?;
     let motion = &graph.concat(&[&centred, &spin], 1)?;
-    let condition = &hearing.build.write(&mut graph, &parts[1])?;
+    let condition = &inputs.build.write(&mut graph, &parts[1])?;
     let encoder = weights.matrix(&mut graph, "encoder", &weights.encoder, sizes.motion)?;
     let encoding = graph.matmul(motion, &encoder)?;
     let encoding = graph.tanh(&encoding);
@@ -191,15 +191,15 @@ struct Folded {
 impl Folded {
     fn new(
         predictor: &Predictor,
-        hearing: &Hearing,
+        inputs: &PredictorInputs,
         deviation_m: &[f32],
         precision: Precision,
     ) -> Self {
         let sizes = predictor.sizes();
-        let normaliser = &hearing.normaliser;
+        let normaliser = &inputs.normaliser;
         let motion_scale = &normaliser.scale[..normaliser.motion];
-        let motion_scale = &[motion_scale, &hearing.spin.scale].concat();
-        let condition_scale = &hearing.build.scale;
+        let motion_scale = &[motion_scale, &inputs.spin.scale].concat();
+        let condition_scale = &inputs.build.scale;
         let hidden = sizes.hidden;
         let mut poles = scaled_rows(&predictor.local_poles(), condition_scale);
         let mut poles_bias = flat(predictor.poles_bias.val());
@@ -298,7 +298,7 @@ mod tests {
     const KIND: FeatureKind = FeatureKind::InertialMaterials;
     const FRAMES: usize = 12;
 
-    /// A body of known thickness and perhaps compliance, and what a network would hear of it after
+    /// A body of known thickness and perhaps compliance, and the inputs of a network from it after
     /// learning from bodies with β within ±1.
     fn build(table: Option<&ComplianceTable>) -> Build {
         let mut model = fixture::symmetric_body(4);
@@ -351,7 +351,7 @@ mod tests {
 
     fn the_file_plays_what_was_trained(build: Build) {
         let sizes = PredictorSizes {
-            motion: Hearing::MOTION_COUNT,
+            motion: PredictorInputs::MOTION_COUNT,
             conditions: build.count(),
             encoding: 12,
             springs: 10,
@@ -374,7 +374,7 @@ mod tests {
                 .collect(),
             motion: KIND.motion_count(),
         };
-        let hearing = Hearing {
+        let inputs = PredictorInputs {
             normaliser,
             spin: Spin {
                 scale: numbers(SPIN_COUNT),
@@ -382,7 +382,7 @@ mod tests {
             build,
         };
         let deviation_m = vec![0.002; sizes.latent];
-        let onnx = predictor_onnx(&predictor, &hearing, &deviation_m, Precision::Single);
+        let onnx = predictor_onnx(&predictor, &inputs, &deviation_m, Precision::Single);
         let plan = Plan::load(&onnx.expect("a file")).expect("a plan");
         let mut session = PredictorSession::new(Arc::new(plan)).expect("a session");
         for reach in [0.6, 3.0] {
@@ -400,8 +400,8 @@ mod tests {
                 Tensor::<2>::from_data(TensorData::new(numbers, shape), &device)
             };
             let window = Window {
-                motion: matrix(hearing.motion(&features), sizes.motion),
-                condition: matrix(hearing.build.of(&body).repeat(FRAMES), sizes.conditions),
+                motion: matrix(inputs.motion(&features), sizes.motion),
+                condition: matrix(inputs.build.of(&body).repeat(FRAMES), sizes.conditions),
                 keep: vec![None; FRAMES],
                 lanes: 1,
             };

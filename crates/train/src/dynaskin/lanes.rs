@@ -1,8 +1,8 @@
 //! Sequences of frames laid end to end in parallel lanes, and cut into windows.
 //!
 //! A lane carries the LSTM's state from window to window and forgets it where a new sequence
-//! starts, so that every frame is learned from with its whole past (truncated back-propagation
-//! through time: the state is carried, its gradient is not).
+//! starts, so that every frame is learned from with its whole past. This is truncated
+//! back-propagation through time: the state is carried, its gradient is not.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;

@@ -1,18 +1,18 @@
 //! Which part of the predictor works for which part of the body.
 //!
-//! Tissue feels the motion of the bone that carries it, so the springs of a block are driven by the
-//! features of its own joints only, and only they are read out for it. A predictor whose springs
-//! may listen to every joint learns chance correlations of its training motions (the hands of a
-//! boxer and her calves) that do not hold for others. The cells of the LSTM belong to blocks as well.
-//! What acts across blocks (a thigh that pulls at the buttock, an arm against the chest) is heard by
-//! them: cells hear the springs of their own block and of its neighbours.
+//! Tissue is driven by the motion of the bone that carries it. So the springs of a block are connected to
+//! the features of its own joints only, and only they are read out for it. A predictor whose springs are
+//! connected to every joint learns chance correlations of its training motions (the hands of a boxer and
+//! her calves) that do not hold for others. The cells of the LSTM belong to blocks as well. They are
+//! connected to the springs of their own block and of its neighbours, because some effects act across
+//! blocks: a thigh that pulls at the buttock, an arm against the chest.
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint};
 use dynaskin_runtime::features::{INERTIAL_JOINTS, ROTATION_JOINTS};
 
 use super::blocks::BlockBasis;
 use super::build::Build;
-use super::prepare::Hearing;
+use super::inputs::PredictorInputs;
 use super::spin::SPINS;
 
 /// A joint carries a block if it has this share of its skin weights.
@@ -21,33 +21,33 @@ const CARRIER_SHARE: f32 = 0.015;
 /// The blocks of a predictor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Locality {
-    /// For each block, which of the motion features it feels.
-    pub felt: Vec<Vec<bool>>,
-    /// For each block, which of the numbers about the body it hears.
-    pub heard: Vec<Vec<bool>>,
-    /// For each block, which blocks its cells hear: itself and its neighbours.
+    /// For each block, which of the motion features it is connected to.
+    pub motion_inputs: Vec<Vec<bool>>,
+    /// For each block, which of the numbers about the body it is conditioned on.
+    pub condition_inputs: Vec<Vec<bool>>,
+    /// For each block, which blocks its cells are connected to: itself and its neighbours.
     pub near: Vec<Vec<bool>>,
     /// For each block, its number of latents.
     pub latents: Vec<usize>,
 }
 
 impl Locality {
-    /// One block that feels and hears everything.
+    /// One block that is connected to everything.
     pub fn everywhere(motion: usize, conditions: usize, latents: usize) -> Self {
         Self {
-            felt: vec![vec![true; motion]],
-            heard: vec![vec![true; conditions]],
+            motion_inputs: vec![vec![true; motion]],
+            condition_inputs: vec![vec![true; conditions]],
             near: vec![vec![true]],
             latents: vec![latents],
         }
     }
 
-    /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block feels the
-    /// joints that carry its skin and the parents of these, and hears the shape, and materials and
-    /// thickness of its own region. Neighbours are blocks that share a triangle or a region: left and
+    /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block is
+    /// connected to the joints that carry its skin and the parents of these. It is conditioned on the shape,
+    /// and on materials and thickness of its own region. Neighbours are blocks that share a triangle or a region: left and
     /// right breast or thigh touch.
     pub fn of_body(model: &BodyModel, vertices: &[u32], basis: &BlockBasis, build: &Build) -> Self {
-        let felt = basis.blocks.iter().map(|block| {
+        let motion_inputs = basis.blocks.iter().map(|block| {
             let mut weights = [0.0; JOINT_COUNT];
             for slot in &block.slots {
                 let skin = &model.skin[vertices[*slot] as usize];
@@ -56,26 +56,26 @@ impl Locality {
                 }
             }
             let all: f32 = weights.iter().sum();
-            let mut felt = [false; JOINT_COUNT];
+            let mut carriers = [false; JOINT_COUNT];
             for joint in Joint::ALL {
                 if weights[joint as usize] > CARRIER_SHARE * all {
-                    felt[joint as usize] = true;
+                    carriers[joint as usize] = true;
                     if let Some(parent) = joint.parent() {
-                        felt[parent as usize] = true;
+                        carriers[parent as usize] = true;
                     }
                 }
             }
-            features_of_joints(&felt)
+            features_of_joints(&carriers)
         });
-        let heard = basis.blocks.iter().map(|block| {
+        let condition_inputs = basis.blocks.iter().map(|block| {
             let region = block.region.map(|region| region as usize);
             (0..build.count())
-                .map(|i| build.is_heard(i, region))
+                .map(|i| build.is_connected(i, region))
                 .collect()
         });
         Self {
-            felt: felt.collect(),
-            heard: heard.collect(),
+            motion_inputs: motion_inputs.collect(),
+            condition_inputs: condition_inputs.collect(),
             near: neighbours(model, vertices, basis),
             latents: basis.blocks.iter().map(|b| b.basis.components()).collect(),
         }
@@ -125,18 +125,18 @@ fn neighbours(model: &BodyModel, vertices: &[u32], basis: &BlockBasis) -> Vec<Ve
     near
 }
 
-/// Which numbers about the motion ([`Hearing::motion`]) are about the given joints.
+/// Which numbers about the motion ([`PredictorInputs::motion`]) are about the given joints.
 fn features_of_joints(joints: &[bool; JOINT_COUNT]) -> Vec<bool> {
     let inertial = INERTIAL_JOINTS.into_iter().map(|joint| (joint, 9));
     let rotations = ROTATION_JOINTS.into_iter().map(|joint| (joint, 6));
     let spins = INERTIAL_JOINTS.into_iter().map(|joint| (joint, SPINS));
-    let felt: Vec<bool> = inertial
+    let features: Vec<bool> = inertial
         .chain(rotations)
         .chain(spins)
         .flat_map(|(joint, count)| std::iter::repeat_n(joints[joint as usize], count))
         .collect();
-    debug_assert_eq!(felt.len(), Hearing::MOTION_COUNT);
-    felt
+    debug_assert_eq!(features.len(), PredictorInputs::MOTION_COUNT);
+    features
 }
 
 /// A matrix `[rows][columns]` of 1 where the units of row and column belong to one block, flat.
@@ -161,25 +161,25 @@ fn transposed(of_blocks: &[Vec<bool>], units: &[usize]) -> Vec<f32> {
 }
 
 impl Locality {
-    /// A matrix `[motion][units]` of 1 where the unit's block feels the feature, flat.
-    pub fn feeling(&self, units: &[usize]) -> Vec<f32> {
-        transposed(&self.felt, units)
+    /// A matrix `[motion][units]` of 1 where the unit's block is connected to the feature, flat.
+    pub fn motion_mask(&self, units: &[usize]) -> Vec<f32> {
+        transposed(&self.motion_inputs, units)
     }
 
-    /// A matrix `[rows][columns]` of 1 where the block of the column hears the block of the row, flat.
-    pub fn nearby(&self, rows: &[usize], columns: &[usize]) -> Vec<f32> {
-        let heard = |row: &usize| {
+    /// A matrix `[rows][columns]` of 1 where the block of the column is connected to that of the row, flat.
+    pub fn neighbour_mask(&self, rows: &[usize], columns: &[usize]) -> Vec<f32> {
+        let connected = |row: &usize| {
             let row = *row;
             columns
                 .iter()
                 .map(move |column| f32::from(u8::from(self.near[*column][row])))
         };
-        rows.iter().flat_map(heard).collect()
+        rows.iter().flat_map(connected).collect()
     }
 
-    /// A matrix `[conditions][units]` of 1 where the unit's block hears the number, flat.
-    pub fn hearing(&self, units: &[usize]) -> Vec<f32> {
-        transposed(&self.heard, units)
+    /// A matrix `[conditions][units]` of 1 where the unit's block is conditioned on the number, flat.
+    pub fn condition_mask(&self, units: &[usize]) -> Vec<f32> {
+        transposed(&self.condition_inputs, units)
     }
 }
 
@@ -195,19 +195,25 @@ mod tests {
     #[test]
     fn units_are_shared_out_in_proportion() {
         let locality = Locality {
-            felt: vec![vec![true, false], vec![false, true]],
-            heard: vec![vec![true], vec![false]],
+            motion_inputs: vec![vec![true, false], vec![false, true]],
+            condition_inputs: vec![vec![true], vec![false]],
             near: vec![vec![true, false], vec![true, true]],
             latents: vec![1, 3],
         };
         assert_eq!(locality.unit_blocks(8), [0, 0, 1, 1, 1, 1, 1, 1]);
-        assert_eq!(locality.feeling(&[0, 1, 1]), [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
+        assert_eq!(
+            locality.motion_mask(&[0, 1, 1]),
+            [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]
+        );
         assert_eq!(
             same_block(&[0, 1], &[1, 1, 0]),
             [0.0, 0.0, 1.0, 1.0, 1.0, 0.0]
         );
-        // The second block hears the first, not the other way round.
-        assert_eq!(locality.nearby(&[0, 1], &[0, 1]), [1.0, 1.0, 0.0, 1.0]);
+        // The second block is connected to the first, not the other way round.
+        assert_eq!(
+            locality.neighbour_mask(&[0, 1], &[0, 1]),
+            [1.0, 1.0, 0.0, 1.0]
+        );
     }
 
     #[test]

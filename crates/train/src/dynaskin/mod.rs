@@ -3,9 +3,11 @@
 
 mod blocks;
 mod build;
+mod clamped;
 mod compliance;
 mod config;
 mod export;
+mod inputs;
 mod lanes;
 mod locality;
 mod predictor;
@@ -19,10 +21,11 @@ pub use build::{Build, TissueMeasure};
 pub use compliance::Compliance;
 pub use config::TrainConfig;
 pub use export::{decoder_onnx, predictor_onnx};
+pub use inputs::PredictorInputs;
 pub use lanes::Sequence;
 pub use locality::Locality;
 pub use predictor::{Predictor, PredictorSizes, PredictorState};
-pub use prepare::{Hearing, Prepared, prepare};
+pub use prepare::{Prepared, prepare};
 pub use spin::Spin;
 pub use thickness::Thickness;
 pub use trainer::{BlockSize, PredictorData, train};

@@ -3,11 +3,12 @@
 //! Soft tissue that moves a little is a sum of damped oscillations, each driven by the inertial
 //! forces in the bones' frames (modal analysis); what is left after that is what a general network
 //! has to learn. So the predictor is a **bank of damped springs**, whose drives, stiffnesses and
-//! dampings are learned and depend on the body's shape, followed by an **LSTM** (Hochreiter and
-//! Schmidhuber 1997, as in DSNet, Seo, Zou, Cordier 2021, section 5) that sees the springs and adds
-//! what is not linear: tissue stiffens with strain. One linear layer reads the latents off both.
+//! dampings are learned and depend on the body's shape. An **LSTM** follows (Hochreiter and
+//! Schmidhuber 1997, as in DSNet, Seo, Zou, Cordier 2021, section 5). It is connected to the
+//! springs and adds what is not linear: tissue stiffens with strain. One linear layer reads the
+//! latents off both.
 //!
-//! Per tick, with x the normalised motion and β what the body is like ([`super::Hearing`]):
+//! Per tick, with x the normalised motion and β what the body is like ([`super::PredictorInputs`]):
 //!
 //! ```text
 //! e = tanh(x E)                             encoding
@@ -22,7 +23,7 @@
 //! ```
 //!
 //! Every unit belongs to a block of the body, and all weights are zero between different blocks
-//! ([`crate::Locality`]) but for those of C, which also hear the blocks beside their own.
+//! ([`crate::Locality`]) but for those of C, which also connect neighbouring blocks.
 //!
 //! With fixed k and d a spring is stable for 0 < k < 4 - 2 d, which the ranges of k and d grant; k
 //! in 0..2 reaches 15 Hz and beyond at 60 ticks a second.
@@ -98,7 +99,7 @@ pub struct Predictor {
     masks: Masks,
 }
 
-/// Ones where a unit may hear another ([`Locality`]), as long and wide as the weights are. They do not
+/// Ones where a unit may be connected to another ([`Locality`]), as long and wide as the weights are. They do not
 /// change, so they lie on the network's device from the start, without gradients.
 #[derive(Clone, Debug)]
 struct Masks {
@@ -120,18 +121,18 @@ struct Mask {
     /// Numbers of the matrix.
     all: usize,
     /// Those of them that are 1.
-    heard: usize,
+    connected: usize,
 }
 
 impl Mask {
     /// From ones and zeros, row by row, for weights of so many rows.
     fn new(ones: Vec<f32>, rows: usize, device: &Device) -> Self {
-        let (all, heard) = (ones.len(), ones.iter().filter(|one| **one != 0.0).count());
+        let (all, connected) = (ones.len(), ones.iter().filter(|one| **one != 0.0).count());
         let ones = TensorData::new(ones, [rows, all / rows.max(1)]);
         Self {
             ones: Tensor::from_data(ones, &device.clone().inner()),
             all,
-            heard,
+            connected,
         }
     }
 
@@ -140,9 +141,9 @@ impl Mask {
         weights.val() * self.ones.clone()
     }
 
-    /// How much louder a unit starts that hears less.
+    /// Factor on the initial weights of a unit with fewer connections, which keeps its output's variance.
     fn gain(&self) -> f64 {
-        (self.all as f64 / f64::from((self.heard as f32).max(1.0))).sqrt()
+        (self.all as f64 / f64::from((self.connected as f32).max(1.0))).sqrt()
     }
 }
 
@@ -157,26 +158,34 @@ impl Masks {
         let (motion, conditions) = (sizes.motion, sizes.conditions);
         let mask = |ones: Vec<f32>, rows: usize| Mask::new(ones, rows, device);
         Self {
-            encoder: mask(locality.feeling(&encoding), motion),
+            encoder: mask(locality.motion_mask(&encoding), motion),
             drive: mask(
-                [locality.feeling(&springs), same_block(&encoding, &springs)].concat(),
+                [
+                    locality.motion_mask(&springs),
+                    same_block(&encoding, &springs),
+                ]
+                .concat(),
                 motion + sizes.encoding,
             ),
             poles: mask(
-                [locality.hearing(&modes), same_block(&encoding, &modes)].concat(),
+                [
+                    locality.condition_mask(&modes),
+                    same_block(&encoding, &modes),
+                ]
+                .concat(),
                 conditions + sizes.encoding,
             ),
-            mode_scale: mask(locality.hearing(&modes), conditions),
+            mode_scale: mask(locality.condition_mask(&modes), conditions),
             code: mask(
                 [
-                    locality.nearby(&modes, &encoding),
-                    locality.nearby(&encoding, &encoding),
+                    locality.neighbour_mask(&modes, &encoding),
+                    locality.neighbour_mask(&encoding, &encoding),
                 ]
                 .concat(),
                 modes.len() + sizes.encoding,
             ),
             from_code: mask(same_block(&encoding, &hidden.repeat(4)), sizes.encoding),
-            from_condition: mask(locality.hearing(&gates), conditions),
+            from_condition: mask(locality.condition_mask(&gates), conditions),
             from_hidden: mask(same_block(&hidden, &gates), sizes.hidden),
             readout: mask(
                 same_block(&[modes.as_slice(), &hidden, &encoding].concat(), &latents),
@@ -198,7 +207,10 @@ impl Masks {
             &self.from_hidden,
             &self.readout,
         ];
-        masks.into_iter().map(|mask| mask.all - mask.heard).sum()
+        masks
+            .into_iter()
+            .map(|mask| mask.all - mask.connected)
+            .sum()
     }
 }
 
@@ -312,47 +324,47 @@ impl Predictor {
         self.num_params() - self.masks.silent()
     }
 
-    /// E, with zeros where a unit does not hear a feature.
+    /// E, with zeros where a unit is not connected to a feature.
     pub fn local_encoder(&self) -> Tensor<2> {
         self.masks.encoder.apply(&self.encoder)
     }
 
-    /// U, with zeros where a spring does not hear what drives it.
+    /// U, with zeros where a spring is not connected to a drive.
     pub fn local_drive(&self) -> Tensor<2> {
         self.masks.drive.apply(&self.drive)
     }
 
-    /// K and D, with zeros where a spring does not hear an encoding or a number about the body.
+    /// K and D, with zeros where a spring is not connected to an encoding or a number about the body.
     pub fn local_poles(&self) -> Tensor<2> {
         self.masks.poles.apply(&self.poles)
     }
 
-    /// G, with zeros where a spring does not hear a number about the body.
+    /// G, with zeros where a spring is not conditioned on a number about the body.
     pub fn local_mode_scale(&self) -> Tensor<2> {
         self.masks.mode_scale.apply(&self.mode_scale)
     }
 
-    /// C, with zeros where a code does not hear a spring or an encoding.
+    /// C, with zeros where a code is not connected to a spring or an encoding.
     pub fn local_code(&self) -> Tensor<2> {
         self.masks.code.apply(&self.code)
     }
 
-    /// What gates and cells hear of the code, with zeros between blocks.
+    /// From the code to gates and cells, with zeros between blocks.
     pub fn local_from_code(&self) -> Tensor<2> {
         self.masks.from_code.apply(&self.from_code)
     }
 
-    /// What the gates hear of the cells' outputs, with zeros between blocks.
+    /// From the cells' outputs to the gates, with zeros between blocks.
     pub fn local_from_hidden(&self) -> Tensor<2> {
         self.masks.from_hidden.apply(&self.from_hidden)
     }
 
-    /// What the gates hear of the body.
+    /// From the numbers about the body to the gates.
     pub fn local_from_condition(&self) -> Tensor<2> {
         self.masks.from_condition.apply(&self.from_condition)
     }
 
-    /// R, with zeros where a latent does not hear a spring or an encoding.
+    /// R, with zeros where a latent is not connected to a spring or an encoding.
     pub fn local_readout(&self) -> Tensor<2> {
         self.masks.readout.apply(&self.readout)
     }

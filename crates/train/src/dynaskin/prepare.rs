@@ -1,14 +1,14 @@
 //! From clips to what the networks learn from: a basis of the offsets, features and latents.
 
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
-use dynaskin_runtime::features::FeatureKind;
 
 use super::blocks::{BlockBasis, partition};
 use super::build::Build;
 use super::config::TrainConfig;
+use super::inputs::{KIND, PredictorInputs};
 use super::lanes::Sequence;
 use super::locality::Locality;
-use super::spin::{SPIN_COUNT, Spin};
+use super::spin::Spin;
 use super::trainer::{BlockSize, PredictorData};
 use crate::TrainError;
 use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
@@ -17,42 +17,13 @@ use crate::normaliser::Normaliser;
 use crate::sample::{Draw, mirrored_latents, sample_offsets};
 use crate::split::Set;
 
-/// What dynaskin's networks take as input.
-pub const KIND: FeatureKind = FeatureKind::InertialMaterials;
-
-/// Turns the runtime's features into what the predictor hears.
-#[derive(Clone, Debug)]
-pub struct Hearing {
-    /// Scaling of the motion features.
-    pub normaliser: Normaliser,
-    /// Products of angular velocities.
-    pub spin: Spin,
-    /// What is told about the body.
-    pub build: Build,
-}
-
-impl Hearing {
-    /// How many numbers are about the motion.
-    pub const MOTION_COUNT: usize = KIND.motion_count() + SPIN_COUNT;
-
-    /// Motion of each frame, `[frame][number]` flat: the scaled features, then the products.
-    pub fn motion(&self, features: &[f32]) -> Vec<f32> {
-        let (normalised, _) = self.normaliser.apply(features);
-        let frames = features.chunks_exact(KIND.count());
-        let motion = frames.zip(normalised.chunks_exact(KIND.motion_count()));
-        motion
-            .flat_map(|(raw, scaled)| [scaled, &self.spin.of(raw)].concat())
-            .collect()
-    }
-}
-
 /// Everything that training and export need.
 #[derive(Debug)]
 pub struct Prepared {
     /// Subspace of the offsets.
     pub basis: BlockBasis,
-    /// What the predictor hears of the features.
-    pub hearing: Hearing,
+    /// The predictor's inputs.
+    pub inputs: PredictorInputs,
     /// Sequences.
     pub data: PredictorData,
 }
@@ -99,7 +70,11 @@ pub fn prepare(
     let locality = if config.local {
         Locality::of_body(model, &data_set.vertices, &basis, &build)
     } else {
-        Locality::everywhere(Hearing::MOTION_COUNT, build.count(), basis.components())
+        Locality::everywhere(
+            PredictorInputs::MOTION_COUNT,
+            build.count(),
+            basis.components(),
+        )
     };
     let induced = mirror
         .as_ref()
@@ -131,7 +106,7 @@ pub fn prepare(
         raw,
         basis,
         model,
-        (build, config.shape_loudness),
+        (build, config.shape_scale),
         locality,
     ))
 }
@@ -147,7 +122,7 @@ fn normalised(
     raw: Vec<RawSequence>,
     basis: BlockBasis,
     model: &BodyModel,
-    (mut build, shape_loudness): (Build, f32),
+    (mut build, shape_scale): (Build, f32),
     locality: Locality,
 ) -> Prepared {
     let training = raw.iter().filter(|r| r.set == Set::Training);
@@ -162,10 +137,10 @@ fn normalised(
     };
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let bodies: Vec<Vec<f32>> = training.map(first_frame).collect();
-    build.fit(bodies.iter().map(Vec::as_slice), shape_loudness);
+    build.fit(bodies.iter().map(Vec::as_slice), shape_scale);
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let spin = Spin::fit(training.flat_map(|r| r.features.chunks_exact(KIND.count())));
-    let hearing = Hearing {
+    let inputs = PredictorInputs {
         normaliser,
         spin,
         build,
@@ -176,12 +151,12 @@ fn normalised(
         deviation_m: basis.deviation_m.clone(),
         blocks: basis.blocks.iter().map(BlockSize::of).collect(),
         locality,
-        motion: Hearing::MOTION_COUNT,
-        conditions: hearing.build.count(),
+        motion: PredictorInputs::MOTION_COUNT,
+        conditions: inputs.build.count(),
     };
     for sequence in raw {
         let body = first_frame(&sequence);
-        let motion = hearing.motion(&sequence.features);
+        let motion = inputs.motion(&sequence.features);
         let mut latents = sequence.latents;
         for frame in latents.chunks_exact_mut(basis.components()) {
             for (latent, deviation) in frame.iter_mut().zip(&basis.deviation_m) {
@@ -195,14 +170,14 @@ fn normalised(
         };
         to.push(Sequence {
             frames: sequence.features.len() / KIND.count(),
-            condition: hearing.build.of(&body),
+            condition: inputs.build.of(&body),
             motion,
             latents,
         });
     }
     Prepared {
         basis,
-        hearing,
+        inputs,
         data,
     }
 }

@@ -1,7 +1,7 @@
 //! What a turning bone does to its tissue beside what the features say as they are.
 //!
 //! The inertial force at a point r of a bone's frame is that of `a + α × r + ω × (ω × r)`. The features
-//! hold a, α and ω, so springs whose drive is linear in them feel the first two terms everywhere. The
+//! hold a, α and ω, so springs whose drive is linear in them cover the first two terms everywhere. The
 //! third is linear in the six products of ω's components; a network that has to find squares by itself
 //! finds them for the speeds it learned from only, and arms or shanks of another motion turn faster.
 

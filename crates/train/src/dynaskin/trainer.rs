@@ -29,7 +29,7 @@ pub struct PredictorData {
     pub deviation_m: Vec<f32>,
     /// The blocks that the latents belong to, in order.
     pub blocks: Vec<BlockSize>,
-    /// Which blocks feel which features.
+    /// Which blocks are connected to which features.
     pub locality: Locality,
     /// Motion features a frame.
     pub motion: usize,

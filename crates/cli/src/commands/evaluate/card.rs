@@ -8,7 +8,7 @@ use anyhow::Context as _;
 use dynaskin_evaluate::study::Comparison;
 
 use super::cost::Cost;
-use super::page::{Methods, SOFT, thousands};
+use super::subject::{Methods, SOFT, thousands};
 
 const HEADING: &str = "## Compared with other methods";
 /// What the columns are.

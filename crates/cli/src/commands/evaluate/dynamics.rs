@@ -5,7 +5,7 @@ use std::path::Path;
 use dynaskin_evaluate::study::{self, BANDS_HZ, ClipErrors, Comparison, Spectrum, signal_names};
 use dynaskin_report::{Curve, Plot, Report, Table};
 
-use super::page::{Methods, Subject};
+use super::subject::{Methods, Subject};
 use super::tables::Csv;
 use crate::commands::train::clip_bar;
 

@@ -3,7 +3,7 @@
 use dynaskin_evaluate::study::ClipErrors;
 use dynaskin_report::{Report, Table};
 
-use super::page::Methods;
+use super::subject::Methods;
 use super::tables::Csv;
 
 /// Clips that are judged together.

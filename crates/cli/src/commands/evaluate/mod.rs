@@ -11,6 +11,7 @@ mod pictures;
 mod places;
 mod shapes;
 mod simulated;
+mod subject;
 mod subspaces;
 mod tables;
 
@@ -105,7 +106,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         usual.is_file().then_some(usual)
     });
     found.push(bundles::own(&args.model, player, bundle));
-    let subject = page::Subject {
+    let subject = subject::Subject {
         data_set: &data_set,
         body: &body,
         minutes: usize::from(args.minutes),

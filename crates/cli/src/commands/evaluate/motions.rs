@@ -8,7 +8,7 @@ use dynaskin_report::Report;
 use dynaskin_train::Set;
 
 use super::groups::{Group, groups_table};
-use super::page::{Methods, Subject};
+use super::subject::{Methods, Subject};
 
 /// Errors of each held-out motion by itself, those made by formula first.
 pub fn motions_section(

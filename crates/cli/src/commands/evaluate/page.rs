@@ -1,14 +1,14 @@
 //! The report: what was measured, section by section.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use dynaskin_body::BodyModel;
 use dynaskin_evaluate::study::{self, Comparison, Contestant, SetComparison, group_names};
 use dynaskin_report::{Report, Table};
-use dynaskin_train::{DataSet, Set, motion_features};
+use dynaskin_train::{Set, motion_features};
 
 use super::bundles::Found;
 use super::cost::{self, Cost};
+use super::subject::{Methods, SOFT, Subject, thousands};
 use super::tables::Csv;
 use super::{card, dynamics, motions, pictures, places, shapes, simulated, subspaces};
 use crate::commands::train::clip_bar;
@@ -21,39 +21,6 @@ const AIMS: [(Set, f64); 3] = [
     (Set::UnseenSubject, 0.22),
     (Set::UnseenMotionAndShape, 0.25),
 ];
-/// Index of the soft vertices among [`group_names`].
-pub(super) const SOFT: usize = 1;
-
-/// What is reported on.
-pub struct Subject<'a> {
-    pub data_set: &'a DataSet,
-    pub body: &'a BodyModel,
-    /// Of continuous motion.
-    pub minutes: usize,
-    /// Whether to simulate other bodies and materials.
-    pub simulate: bool,
-    pub wasm_times: Option<&'a Path>,
-    /// What subspaces can hold.
-    pub subspaces: Option<&'a Path>,
-    /// Folder of the bundle whose model card is to tell the summary.
-    pub card: Option<&'a Path>,
-}
-
-/// The methods of a report: the static one first.
-pub struct Methods {
-    pub contestants: Vec<Contestant>,
-    /// Names in files.
-    pub names: Vec<String>,
-    /// Files of their decoders; none for the static one.
-    pub decoders: Vec<Option<PathBuf>>,
-}
-
-impl Methods {
-    /// Names for people.
-    pub fn labels(&self) -> impl Iterator<Item = &str> {
-        self.contestants.iter().map(|c| c.label.as_str())
-    }
-}
 
 /// Measures the methods `found` and writes the report to `path`, CSV files beside it.
 pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyhow::Result<()> {
@@ -273,19 +240,6 @@ fn cost_section(
     }
     report.table(&table);
     csv.write(path, "cost")
-}
-
-/// `1,234,567`.
-pub(super) fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 fn split_sections(

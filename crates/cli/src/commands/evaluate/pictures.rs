@@ -8,7 +8,7 @@ use dynaskin_evaluate::study::{self, Comparison, Reach, Snapshot};
 use dynaskin_report::{Picture, Report, Triangle, heat_colour};
 use glam::Vec3;
 
-use super::page::{Methods, Subject};
+use super::subject::{Methods, Subject};
 use crate::commands::train::clip_bar;
 
 /// Pixels, twice what the page shows, for dense displays.

@@ -1,4 +1,4 @@
-//! The section about walking away and turning, which soft tissue does not feel.
+//! The section about walking away and turning, which soft tissue does not depend on.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use dynaskin_evaluate::{Placement, PlacementErrors, evaluate_placements};
 use dynaskin_report::{Curve, Plot, Report, Table};
 use dynaskin_train::{Set, Tissue};
 
-use super::page::{Methods, Subject};
+use super::subject::{Methods, Subject};
 use super::tables::Csv;
 use crate::commands::train::clip_bar;
 
@@ -19,7 +19,7 @@ pub fn places_section(
 ) -> anyhow::Result<()> {
     report.section("Walking away and turning");
     report.paragraph(
-        "The unseen motions, moved sideways and turned about the vertical. Soft tissue feels neither. \
+        "The unseen motions, moved sideways and turned about the vertical. Soft tissue depends on neither. \
          DSNet and Casas & Otaduy's networks are told the root's translation and rotation as \
          they are, and meet values there that they did not learn from. Error over static, of all frames \
          together (in the summary: of each clip by itself).",

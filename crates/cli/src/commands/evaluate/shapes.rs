@@ -8,7 +8,7 @@ use dynaskin_report::Report;
 use dynaskin_train::{DataSet, Set, Tissue};
 
 use super::groups::{Group, groups_table};
-use super::page::{Methods, Subject};
+use super::subject::{Methods, Subject};
 
 /// Errors of each held-out shape by itself: between the shapes learned from, or beyond them.
 pub fn shapes_section(

@@ -7,8 +7,8 @@ use dynaskin_evaluate::study::{self, HIGHEST_HZ, Resonance, Shift, Snapshot};
 use dynaskin_report::{Report, Table};
 use dynaskin_sim::{Amplitude, Ringing};
 
-use super::page::{Methods, Subject};
 use super::pictures::{heat, lengths_mm, percentile, round_up};
+use super::subject::{Methods, Subject};
 use super::tables::Csv;
 
 /// Frames of the hops that bodies are compared in.

@@ -10,7 +10,7 @@ use dynaskin_evaluate::study::{self, FLOOR_STRIDE, Floor, Floors};
 use dynaskin_report::{Curve, Plot, Report, Table};
 use dynaskin_train::{Set, Tissue};
 
-use super::page::{Methods, Subject};
+use super::subject::{Methods, Subject};
 use super::tables::Csv;
 use crate::commands::train::{SubspaceRow, clip_bar};
 

@@ -9,8 +9,9 @@ use dynaskin_baselines::{
 };
 use dynaskin_train::{Networks, TrainingInput};
 
+use super::args::{CommonArgs, EpochArgs, PaperArgs};
+use super::progress::{clip_bar, epoch_line};
 use super::subspaces::SubspaceRow;
-use super::{CommonArgs, EpochArgs, PaperArgs, clip_bar, epoch_line};
 use crate::commands::say;
 
 /// Options of Casas & Otaduy's method.

@@ -8,7 +8,8 @@ use dynaskin_baselines::dsnet::{
 };
 use dynaskin_train::{Networks, TrainingInput};
 
-use super::{CommonArgs, EpochArgs, PaperArgs, clip_bar};
+use super::args::{CommonArgs, EpochArgs, PaperArgs};
+use super::progress::clip_bar;
 use crate::commands::say;
 
 /// Options of the two methods.

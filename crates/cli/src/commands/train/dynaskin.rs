@@ -9,7 +9,8 @@ use dynaskin_train::{
     TrainingInput, decoder_onnx, predictor_onnx, prepare, train as train_predictor,
 };
 
-use super::{CommonArgs, EpochArgs, clip_bar, epoch_line};
+use super::args::{CommonArgs, EpochArgs};
+use super::progress::{clip_bar, epoch_line};
 use crate::commands::say;
 
 /// Options of our own method.
@@ -43,10 +44,10 @@ pub struct DynaskinArgs {
     /// How much the change of the error from tick to tick counts beside the error.
     #[arg(long, default_value_t = TrainConfig::default().velocity_weight)]
     velocity_weight: f32,
-    /// How loud the shape coefficients are beside the thickness of the tissue.
-    #[arg(long, default_value_t = TrainConfig::default().shape_loudness)]
-    shape_loudness: f32,
-    /// Let every spring hear every joint.
+    /// Standard deviation of the shape coefficients as inputs, beside that of the thickness of the tissue, 1.
+    #[arg(long, alias = "shape-loudness", default_value_t = TrainConfig::default().shape_scale)]
+    shape_scale: f32,
+    /// Connect every spring to every joint.
     #[arg(long)]
     global: bool,
     /// Do not learn from mirror images.
@@ -71,7 +72,7 @@ impl DynaskinArgs {
             learning_rate: epochs.learning_rate.unwrap_or(usual.learning_rate),
             weight_decay: self.weight_decay,
             velocity_weight: self.velocity_weight,
-            shape_loudness: self.shape_loudness,
+            shape_scale: self.shape_scale,
             local: !self.global,
             mirror: !self.no_mirror,
             ..usual
@@ -93,7 +94,7 @@ pub fn train(args: &DynaskinArgs, input: TrainingInput<'_>) -> anyhow::Result<(N
         bar.set_position(done as u64);
     })?;
     bar.finish_and_clear();
-    say(&tissue_line(&prepared.hearing.build.tissue));
+    say(&tissue_line(&prepared.inputs.build.tissue));
 
     let start = Instant::now();
     let mut epochs_seen = 0;
@@ -142,7 +143,7 @@ fn dynaskin_networks(
         feature_kind: FeatureKind::InertialMaterials,
         predictor_onnx: predictor_onnx(
             predictor,
-            &prepared.hearing,
+            &prepared.inputs,
             &prepared.data.deviation_m,
             Precision::Half,
         )?,

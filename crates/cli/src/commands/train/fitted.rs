@@ -6,7 +6,8 @@ use clap::Args;
 use dynaskin_baselines::{DmplConfig, SpringBonesConfig, train_dmpl, train_spring_bones};
 use dynaskin_train::{Networks, TrainError, TrainingInput};
 
-use super::{CommonArgs, clip_bar};
+use super::args::CommonArgs;
+use super::progress::clip_bar;
 
 /// Options of spring bones.
 #[derive(Debug, Args)]

@@ -6,11 +6,11 @@ mod dsnet;
 mod dynaskin;
 mod facts;
 mod fitted;
+mod progress;
 mod subspaces;
 
 use std::fs;
 use std::path::Path;
-use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::{ArgMatches, Args, Command, FromArgMatches, Subcommand};
@@ -19,16 +19,16 @@ use dynaskin_body::BodyModel;
 use dynaskin_evaluate::{BundleParts, Method, Player, Report, evaluate, write_bundle};
 use dynaskin_files::FolderLock;
 use dynaskin_runtime::BundleFile;
-use dynaskin_train::{Compute, DataSet, EpochRecord, Networks, Set, Split, Tissue, TrainingInput};
-use indicatif::{ProgressBar, ProgressStyle};
+use dynaskin_train::{Compute, DataSet, Networks, Set, Split, Tissue, TrainingInput};
 
 use super::say;
-use args::{CommonArgs, EpochArgs, PaperArgs};
+use args::CommonArgs;
 use casas_otaduy::CasasOtaduyArgs;
 use dsnet::DsnetArgs;
 use dynaskin::DynaskinArgs;
 use facts::facts;
 use fitted::{DmplArgs, SpringBonesArgs};
+pub(in crate::commands) use progress::clip_bar;
 pub(in crate::commands) use subspaces::SubspaceRow;
 
 /// What to train, and how: `dynaskin train METHOD`, where our own method is meant without a name.
@@ -175,6 +175,7 @@ pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
         with_body: !common.without_body,
         networks: &networks,
         vertices: &data_set.vertices,
+        learned: data_set.learned(networks.feature_kind)?,
         training: &facts,
     };
     let mut player = Player::new(
@@ -236,20 +237,6 @@ fn listing(data_set: &DataSet) -> String {
     text
 }
 
-fn epoch_line(epoch: &EpochRecord, epochs: usize, seen: usize, elapsed: Duration) -> String {
-    let left = elapsed.as_secs_f64() / seen as f64 * (epochs - epoch.epoch) as f64;
-    format!(
-        "epoch {:3}/{epochs}  loss {:.3} mm  validation {:.3} mm, {:.3} of static  {:.0} s, {:.0} \
-         min left",
-        epoch.epoch,
-        epoch.training_loss,
-        epoch.validation_loss,
-        epoch.validation_ratio,
-        epoch.seconds,
-        left / 60.0
-    )
-}
-
 /// A report as lines of text.
 pub(in crate::commands) fn summary(report: &Report) -> String {
     let mut text = String::from(
@@ -280,14 +267,4 @@ pub(in crate::commands) fn summary(report: &Report) -> String {
         report.rest_after_ten_seconds_mm
     ));
     text
-}
-
-/// A bar over things to be done.
-pub(in crate::commands) fn clip_bar(what: &'static str) -> ProgressBar {
-    let bar = ProgressBar::new(1).with_message(what);
-    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len}, {eta} left") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(500));
-    bar
 }

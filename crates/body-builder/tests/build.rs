@@ -1,11 +1,12 @@
 //! The builder gives the committed bodies.
 
+#[path = "../../body/tests/common/mod.rs"]
 mod common;
 
 use std::path::PathBuf;
 
 use dynaskin_body::Sex;
-use dynaskin_body::build::{BuildError, BuiltBody, Trait, build};
+use dynaskin_body_builder::{BuildError, BuiltBody, Trait, build};
 
 /// The unpacked CC0 folder: where `dynaskin body build` keeps it, or `DYNASKIN_CC0`.
 fn cc0_folder() -> Option<PathBuf> {

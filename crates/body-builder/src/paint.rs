@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{Joint, Sex, SkinWeights};
+use dynaskin_body::{Joint, Sex, SkinWeights};
 
 const SKIN_SRGB: Vec3 = Vec3::new(206.0, 176.0, 155.0);
 const CLOTH_SRGB: Vec3 = Vec3::new(38.0, 66.0, 84.0);

