@@ -156,5 +156,6 @@ fn report_json(report: &JointReport) -> Value {
         "unmapped": report.unmapped,
         "unit": report.unit.name(),
         "frameSeconds": report.frame_seconds,
+        "notes": report.notes,
     })
 }

@@ -49,6 +49,11 @@ export interface JointReport {
   unit: string;
   /** The file's time step in seconds. */
   frameSeconds: number;
+  /**
+   * What was found other than usual and how it was taken, and what could not be made out, a sentence
+   * each: exchanged sides, a zero pose that does not stand, feet that never stand.
+   */
+  notes: string[];
 }
 
 /**

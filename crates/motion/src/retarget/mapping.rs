@@ -33,8 +33,11 @@ pub enum Drive {
 }
 
 /// Source joints of the body's joints.
+#[derive(Clone)]
 pub struct Mapping {
     pub drives: [Drive; JOINT_COUNT],
+    /// From above the pelvis to the joint that carries both arms; the pelvis where there is none.
+    pub spine: Vec<usize>,
 }
 
 impl Mapping {
@@ -52,6 +55,7 @@ impl Mapping {
             });
         }
         let mut drives = found.map(|joint| joint.map_or(Drive::Parent, Drive::Joint));
+        let mut spine_joints = Vec::new();
         if let (Some(pelvis), Some(left), Some(right)) = (
             found[Joint::Pelvis as usize],
             found[Joint::LeftCollar as usize].or(found[Joint::LeftShoulder as usize]),
@@ -62,8 +66,64 @@ impl Mapping {
             for (joint, drive) in joints.into_iter().zip(spine_drives(pelvis, &spine)) {
                 drives[joint as usize] = drive;
             }
+            spine_joints = if spine.is_empty() {
+                vec![pelvis]
+            } else {
+                spine
+            };
         }
-        Ok(Self { drives })
+        let mut mapping = Self {
+            drives,
+            spine: spine_joints,
+        };
+        mapping.take_turns_without_length(motion);
+        Ok(mapping)
+    }
+
+    /// The same with left and right exchanged.
+    pub fn mirrored(&self) -> Self {
+        Self {
+            drives: Joint::ALL.map(|joint| self.drives[joint.mirrored() as usize]),
+            spine: self.spine.clone(),
+        }
+    }
+
+    /// A joint that only turns stands at the place of the one it hangs on: of a limb's joints at one
+    /// place the last turns the bone.
+    fn take_turns_without_length(&mut self, motion: &dyn SourceMotion) {
+        let rest = motion.rest_positions();
+        let shortest = {
+            let at = |joint: Joint| self.source(joint).map(|idx| rest[idx]).unwrap_or_default();
+            1e-3 * at(Joint::LeftHip).distance(at(Joint::LeftAnkle))
+        };
+        let limbs = [
+            (Joint::LeftCollar, Joint::LeftShoulder),
+            (Joint::LeftShoulder, Joint::LeftElbow),
+            (Joint::LeftElbow, Joint::LeftWrist),
+            (Joint::LeftHip, Joint::LeftKnee),
+            (Joint::LeftKnee, Joint::LeftAnkle),
+            (Joint::LeftAnkle, Joint::LeftFoot),
+            (Joint::Neck, Joint::Head),
+        ];
+        let both = limbs
+            .into_iter()
+            .flat_map(|(joint, next)| [(joint, next), (joint.mirrored(), next.mirrored())]);
+        for (joint, next) in both {
+            let (Some(own), Some(next)) = (self.source(joint), self.source(next)) else {
+                continue;
+            };
+            let between = std::iter::successors(motion.parent(next), |joint| motion.parent(*joint));
+            let between: Vec<usize> = between.take_while(|joint| *joint != own).collect();
+            let hangs_on_own = between
+                .last()
+                .is_some_and(|first| motion.parent(*first) == Some(own));
+            let last_here = between
+                .into_iter()
+                .find(|idx| rest[*idx].distance(rest[own]) <= shortest);
+            if let (true, Some(last)) = (hangs_on_own, last_here) {
+                self.drives[joint as usize] = Drive::Joint(last);
+            }
+        }
     }
 
     /// The source joint of `joint`, if one alone turns it.
@@ -177,6 +237,9 @@ pub struct JointReport {
     pub metres_per_unit: f64,
     /// The file's time step in seconds.
     pub frame_seconds: f64,
+    /// What was found other than usual and how it was taken, and what could not be made out: a
+    /// sentence each.
+    pub notes: Vec<String>,
 }
 
 impl JointReport {
@@ -185,6 +248,7 @@ impl JointReport {
         mapping: &Mapping,
         source_leg: f64,
         scale: f64,
+        notes: Vec<String>,
     ) -> Self {
         let source_names = |joint: Joint| match mapping.drives[joint as usize] {
             Drive::Joint(source) => Some(motion.name(source).to_owned()),
@@ -226,6 +290,7 @@ impl JointReport {
             unit: LengthUnit::of_leg(source_leg),
             metres_per_unit: scale,
             frame_seconds: motion.frame_seconds(),
+            notes,
         }
     }
 }
