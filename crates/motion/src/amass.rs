@@ -51,7 +51,8 @@ impl UpAxis {
 pub struct Amass {
     /// Frames per second.
     pub rate_hz: f64,
-    /// Which axis points up: the file's `up_axis` (1 is y, 2 is z), +Z where it has none.
+    /// Which axis points up: the file's `up_axis` (1 is y, 2 is z); where it has none, +Z as in AMASS,
+    /// unless the body stands along +Y throughout.
     pub up: UpAxis,
     /// Shape coefficients of the file, of SMPL's shape space; empty where it has none. They mean
     /// nothing to a body of another shape space.
@@ -104,10 +105,10 @@ impl Amass {
         let rate_hz = file.scalar(rate_key)?;
         check_range("mocap_framerate", rate_hz, 1.0, 1000.0)?;
         let up = match file.has("up_axis").then(|| file.scalar("up_axis")) {
-            None => UpAxis::Z,
+            None => None,
             Some(axis) => match axis? {
-                1.0 => UpAxis::Y,
-                2.0 => UpAxis::Z,
+                1.0 => Some(UpAxis::Y),
+                2.0 => Some(UpAxis::Z),
                 other => {
                     let expected = "1 (y) or 2 (z)";
                     return Err(NpzError::array("up_axis", expected, other.to_string()).into());
@@ -143,7 +144,7 @@ impl Amass {
         check_distance(&frames)?;
         Ok(Self {
             rate_hz,
-            up,
+            up: up.unwrap_or_else(|| up_by_body(&frames)),
             betas,
             dmpl_count,
             own: file.has("offsets_rest_m"),
@@ -177,6 +178,29 @@ impl Amass {
             rate_hz: self.rate_hz,
             frames,
         }
+    }
+}
+
+/// The up axis of a file that does not say it. A body whose trunk is along +Y throughout stands in a
+/// world with +Y up, or lies in one with +Z up: then its pelvis is a hand above z = 0.
+fn up_by_body(frames: &[Pose]) -> UpAxis {
+    let median = |number: &dyn Fn(&Pose) -> f64| {
+        let mut numbers: Vec<f64> = frames.iter().map(number).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers[numbers.len() / 2]
+    };
+    let along_y = |pose: &Pose| (pose.parent_from_joint[0] * DVec3::Y).y;
+    let mean = frames.iter().map(along_y).sum::<f64>() / frames.len() as f64;
+    let least = frames.iter().map(along_y).fold(1.0, f64::min);
+    let [height_y, height_z] = [
+        median(&|pose| pose.root_translation_m.y),
+        median(&|pose| pose.root_translation_m.z),
+    ];
+    let may_lie = (0.02..0.45).contains(&height_z) && !(0.6..1.4).contains(&height_y);
+    if mean > 0.8 && least > 0.2 && !may_lie {
+        UpAxis::Y
+    } else {
+        UpAxis::Z
     }
 }
 

@@ -29,11 +29,13 @@ const TRUNK_TWIST: f64 = 35.0;
 const HEAD_TWIST: f64 = 70.0;
 const COLLAR_SWING: f64 = 35.0;
 const HAND_SWING: f64 = 35.0;
+/// Thighs and upper arms against their hinges, and bones after a hinge, which twist themselves.
+const UPPER_TWIST: f64 = 12.0;
 const HINGE_TWIST: f64 = 25.0;
-const FOOT_TURN: f64 = 60.0;
+const FOOT_TURN: f64 = 75.0;
 
 /// Least length of a mean of unit vectors that counts: captured ankles turn wildly at times.
-const AGREED: f64 = 0.7;
+const AGREED: f64 = 0.8;
 
 /// A collar that turns less than this against the chest (radians) is drawn as it rests.
 const STILL_COLLAR: f64 = 0.05;
@@ -290,8 +292,13 @@ impl Alignment {
                 None => (mean * axis, false),
             };
             let old = upper * axis;
-            differs = twist_degrees(along, says, old) > if sure { HINGE_TWIST } else { 75.0 }
-                || (!sure && !is_upright);
+            let limit = match (sure, is_upright) {
+                (true, true) => UPPER_TWIST,
+                (true, false) => 0.0,
+                (false, true) => 75.0,
+                (false, false) => 0.0,
+            };
+            differs = twist_degrees(along, says, old) > limit;
             if differs && let Some(turn) = turn_frame([body, axis], [along, says]) {
                 self.source_from_target[shoulder as usize] = turn;
                 notes.push(format!(
@@ -392,7 +399,7 @@ impl Alignment {
         let of_pelvis =
             |of: usize| evidence.mean_in(of, |world| world[pelvis].0 * (trunk * DVec3::X));
         let (left_of_thigh, limit) = match &hinge {
-            Some(hinge) => (hinge.in_upper, HINGE_TWIST),
+            Some(hinge) => (hinge.in_upper, UPPER_TWIST),
             None => (across_toes(own).unwrap_or_else(|| of_pelvis(own)), 45.0),
         };
         let mut differs = !is_upright;
@@ -434,8 +441,22 @@ impl Alignment {
         let left = evidence.mean_in(end, |world| world[middle].0 * (lower * DVec3::X));
         // Drawn toes are 50 to 115 degrees from the shin, and where the knee bends to.
         let to_shin = degrees(along, ankle_m - knee_m);
-        differs |= (has_toes && !(35.0..125.0).contains(&to_shin))
-            || (left.length() > AGREED && degrees(left, drawn * DVec3::X) > FOOT_TURN);
+        // Ankles that turn the toes back, as broken captures have them, tell nothing of the drawing.
+        let toes_ahead = toes.map_or(1.0, |toes| {
+            evidence.votes(|world| {
+                let up = -bone(world, middle, end);
+                let ahead = (world[middle].0 * (lower * DVec3::X)).cross(up);
+                bone(world, end, toes).dot(ahead)
+            })
+        });
+        let turned = left.length() > AGREED && degrees(left, drawn * DVec3::X) > FOOT_TURN;
+        if turned && toes_ahead < 0.3 {
+            notes.push(format!(
+                "{} turns the toes away from where the knee points: kept as drawn",
+                ankle.name()
+            ));
+        }
+        differs |= (has_toes && !(35.0..125.0).contains(&to_shin)) || (turned && toes_ahead >= 0.3);
         let mut sole = drawn;
         if differs {
             let body = target_m[foot as usize] - target_m[ankle as usize];
