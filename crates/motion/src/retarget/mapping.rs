@@ -49,6 +49,10 @@ impl Mapping {
                 missing,
                 recognised: found.iter().flatten().count(),
                 total: motion.joint_count(),
+                names: (0..motion.joint_count())
+                    .map(|joint| motion.name(joint).to_owned())
+                    .filter(|name| !name.is_empty())
+                    .collect(),
             });
         }
         let mut drives = found.map(|joint| joint.map_or(Drive::Parent, Drive::Joint));
@@ -61,6 +65,11 @@ impl Mapping {
             let joints = [Joint::Spine1, Joint::Spine2, Joint::Spine3];
             for (joint, drive) in joints.into_iter().zip(spine_drives(pelvis, &spine)) {
                 drives[joint as usize] = drive;
+            }
+        }
+        for joint in Joint::ALL {
+            if let Some(named) = motion.named_by_caller(joint) {
+                drives[joint as usize] = Drive::Joint(named);
             }
         }
         Ok(Self { drives })
@@ -177,6 +186,8 @@ pub struct JointReport {
     pub metres_per_unit: f64,
     /// The file's time step in seconds.
     pub frame_seconds: f64,
+    /// What the file lacks or did not say, and what was made of it: a BVH that breaks off, say.
+    pub file_notes: Vec<String>,
 }
 
 impl JointReport {
@@ -226,6 +237,7 @@ impl JointReport {
             unit: LengthUnit::of_leg(source_leg),
             metres_per_unit: scale,
             frame_seconds: motion.frame_seconds(),
+            file_notes: Vec::new(),
         }
     }
 }
