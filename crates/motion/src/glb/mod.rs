@@ -9,16 +9,19 @@ mod humanoid;
 mod nodes;
 mod track;
 
+use dynaskin_body::{JOINT_COUNT, Joint};
 use dynaskin_glb::{Document, GlbError};
 use glam::{DAffine3, DQuat, DVec3};
 use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
 
+use crate::options::{AnimationChoice, ReadOptions, find_named};
 use crate::{MAX_CLIP_FRAMES, MODEL_RATE_HZ, MotionError, SourceMotion};
 use nodes::{Local, Node};
 use track::Track;
 
-/// An animation of a binary glTF file, sampled at 60 Hz.
+/// An animation of a binary glTF file, sampled at the rate of its keyframes where they stand at equal
+/// steps longer than a tick, else at 60 Hz.
 #[derive(Clone, Debug)]
 pub struct GltfMotion {
     /// The animation's name; empty where it has none.
@@ -26,6 +29,23 @@ pub struct GltfMotion {
     joints: Vec<AnimatedJoint>,
     start_seconds: f64,
     frame_count: usize,
+    rate_hz: f64,
+    /// The joints that the caller named.
+    named: [Option<usize>; JOINT_COUNT],
+}
+
+/// An animation of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnimationInfo {
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// Time from its first keyframe to its last, in seconds.
+    pub seconds: f64,
+    /// How many of the skeleton's joints it turns by half a degree and more; 0 for a pose held, for
+    /// what moves no person and for what cannot be read.
+    pub moving_joints: usize,
+    /// How many of the skeleton's joints it has rotations of, whether they move or not.
+    turned_joints: usize,
 }
 
 /// A node of the skeleton and what moves it.
@@ -43,20 +63,45 @@ struct AnimatedJoint {
 }
 
 impl GltfMotion {
-    /// Reads the animation that turns the most joints; among equals the first.
+    /// The animations of a file, in its order.
     ///
     /// # Errors
-    /// [`MotionError::Glb`] for what is no binary glTF 2.0 file or holds no animation of a skeleton,
-    /// and for data outside the file, sparse or compressed; [`MotionError::TooLong`].
-    pub fn parse(bytes: &[u8]) -> Result<Self, MotionError> {
+    /// [`MotionError::Glb`] for what is no binary glTF 2.0 file.
+    pub fn animations(bytes: &[u8]) -> Result<Vec<AnimationInfo>, MotionError> {
         let file = Document::parse(bytes)?;
         let nodes = nodes::skeleton(&file)?;
-        // Where each node of the file stands among the skeleton's joints.
-        let mut joint_of = vec![None; file.root.nodes.len()];
-        for (joint, node) in nodes.iter().enumerate() {
-            joint_of[node.index] = Some(joint);
-        }
-        let animation = animation_of_most_joints(&file, &nodes, &joint_of)?;
+        Ok(animations(&file, &nodes, &joint_of(&file, &nodes)))
+    }
+
+    /// Reads the animation that moves the most joints; among equals the first.
+    ///
+    /// # Errors
+    /// As [`Self::parse_with`].
+    pub fn parse(bytes: &[u8]) -> Result<Self, MotionError> {
+        Self::parse_with(bytes, &ReadOptions::default())
+    }
+
+    /// Reads the animation that the caller chooses.
+    ///
+    /// # Errors
+    /// [`MotionError::UnknownAnimation`], [`MotionError::NamedJoint`],
+    /// [`MotionError::OptionNotForFile`]; [`MotionError::Glb`] for what is no binary glTF 2.0 file or holds no animation of a skeleton,
+    /// and for data outside the file, sparse or compressed; [`MotionError::TooLong`].
+    pub fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
+        options.check_unused(
+            "glTF, whose keyframes have times and whose up is +Y",
+            &["rate", "up axis"],
+        )?;
+        let file = Document::parse(bytes)?;
+        let nodes = nodes::skeleton(&file)?;
+        let joint_of = joint_of(&file, &nodes);
+        let all = animations(&file, &nodes, &joint_of);
+        let animation = match &options.animation {
+            Some(choice) => chosen(&all, choice)?,
+            None => moving(&all)?,
+        };
+        let names: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
+        let named = find_named(&options.joints, &names)?;
         let mut joints = at_rest(nodes);
         let place = format!("animation {animation}");
         let animation = &file.root.animations[animation];
@@ -91,7 +136,11 @@ impl GltfMotion {
         };
         let start_seconds = tracks().map(Track::start_seconds).fold(f64::MAX, f64::min);
         let end_seconds = tracks().map(Track::end_seconds).fold(f64::MIN, f64::max);
-        let frames = (end_seconds - start_seconds) * MODEL_RATE_HZ + 1.0;
+        if start_seconds > end_seconds {
+            return Err(GlbError::new(place, "one that turns the joints of a person").into());
+        }
+        let rate_hz = key_rate_hz(tracks()).unwrap_or(MODEL_RATE_HZ);
+        let frames = (end_seconds - start_seconds) * rate_hz + 1.0;
         if frames > MAX_CLIP_FRAMES as f64 {
             return Err(MotionError::TooLong {
                 frames,
@@ -101,39 +150,136 @@ impl GltfMotion {
         Ok(Self {
             animation_name: animation.name.clone().unwrap_or_default(),
             // A last frame that rounding puts a hair before its sample belongs to it.
-            frame_count: (frames + 1e-3).floor().max(1.0) as usize,
+            frame_count: (frames + 1e-2).floor().max(1.0) as usize,
+            rate_hz,
+            named,
             start_seconds,
             joints,
         })
     }
 }
 
-/// Index of the animation that turns the most joints.
-fn animation_of_most_joints(
+/// Where each node of the file stands among the skeleton's joints.
+fn joint_of(file: &Document<'_>, nodes: &[Node]) -> Vec<Option<usize>> {
+    let mut joint_of = vec![None; file.root.nodes.len()];
+    for (joint, node) in nodes.iter().enumerate() {
+        joint_of[node.index] = Some(joint);
+    }
+    joint_of
+}
+
+/// Turns of at least this many radians count as movement: half a degree.
+const MOVING_RAD: f64 = 0.0087;
+
+fn animations(
     file: &Document<'_>,
     nodes: &[Node],
     joint_of: &[Option<usize>],
-) -> Result<usize, GlbError> {
-    let mut best = None;
-    for (idx, animation) in file.root.animations.iter().enumerate() {
-        let turned = animation
-            .channels
-            .iter()
-            .filter(|channel| channel.target.path == Checked::Valid(Property::Rotation))
-            .filter_map(|channel| joint_of.get(channel.target.node.value()).copied().flatten())
-            .filter(|joint| !nodes[*joint].name.is_empty())
-            .count();
-        if turned > 0 && best.is_none_or(|(_, most)| turned > most) {
-            best = Some((idx, turned));
+) -> Vec<AnimationInfo> {
+    let animations = file.root.animations.iter();
+    animations
+        .map(|animation| {
+            let (mut start, mut end) = (f64::MAX, f64::MIN);
+            let (mut moving_joints, mut turned_joints) = (0, 0);
+            for channel in &animation.channels {
+                let joint = joint_of.get(channel.target.node.value()).copied().flatten();
+                let is_turned = channel.target.path == Checked::Valid(Property::Rotation)
+                    && joint.is_some_and(|joint| !nodes[joint].name.is_empty());
+                if !is_turned {
+                    continue;
+                }
+                turned_joints += 1;
+                let sampler = animation.samplers.get(channel.sampler.value());
+                let track = sampler.map(|sampler| Track::rotations(file, sampler));
+                if let Some(Ok(track)) = track {
+                    start = start.min(track.start_seconds());
+                    end = end.max(track.end_seconds());
+                    moving_joints += usize::from(track.largest_turn() > MOVING_RAD);
+                }
+            }
+            AnimationInfo {
+                name: animation.name.clone().unwrap_or_default(),
+                seconds: (end - start).max(0.0),
+                moving_joints,
+                turned_joints,
+            }
+        })
+        .collect()
+}
+
+/// Index of the animation that moves the most joints; where none moves any, that turns the most.
+fn moving(animations: &[AnimationInfo]) -> Result<usize, GlbError> {
+    let mut best: Option<(usize, (usize, usize))> = None;
+    for (idx, animation) in animations.iter().enumerate() {
+        let moves = (animation.moving_joints, animation.turned_joints);
+        if moves > (0, 0) && best.is_none_or(|(_, most)| moves > most) {
+            best = Some((idx, moves));
         }
     }
     best.map(|(idx, _)| idx).ok_or_else(|| {
-        let expected = match file.root.animations.len() {
+        let expected = match animations.len() {
             0 => "at least one; this file holds a model at rest".to_owned(),
             count => format!("one that turns the joints of a person; none of the {count} does"),
         };
         GlbError::new("animations", expected)
     })
+}
+
+/// Index of the animation that the caller means.
+fn chosen(animations: &[AnimationInfo], choice: &AnimationChoice) -> Result<usize, MotionError> {
+    let only = |is_it: &dyn Fn(&str) -> bool| {
+        let mut found = (0..animations.len()).filter(|idx| is_it(&animations[*idx].name));
+        found.next().filter(|_| found.next().is_none())
+    };
+    let (found, asked) = match choice {
+        AnimationChoice::Index(idx) => (
+            Some(*idx).filter(|idx| *idx < animations.len()),
+            format!("{idx}, counted from 0"),
+        ),
+        AnimationChoice::Name(name) => (
+            only(&|known| known == name)
+                .or_else(|| only(&|known| known.eq_ignore_ascii_case(name))),
+            format!("`{name}` (or more than one)"),
+        ),
+    };
+    found.ok_or_else(|| MotionError::UnknownAnimation {
+        asked,
+        available: animations
+            .iter()
+            .enumerate()
+            .map(|(idx, animation)| format!("{idx}: `{}`", animation.name))
+            .collect(),
+    })
+}
+
+/// The rate of keyframes that stand at equal steps longer than a tick, some left out or not: what lies
+/// between them is for [`crate::Clip`] to say. None for splines, which say it themselves, and for
+/// keyframes at any times.
+fn key_rate_hz<'a>(tracks: impl Iterator<Item = &'a Track>) -> Option<f64> {
+    const SLOWEST_HZ: f64 = 1.0;
+    let mut times: Vec<f64> = Vec::new();
+    for track in tracks {
+        if track.is_spline() {
+            return None;
+        }
+        times.extend(track.times());
+    }
+    times.sort_by(f64::total_cmp);
+    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
+    let shortest = steps.filter(|step| *step > 1e-3).fold(f64::MAX, f64::min);
+    let (first, last) = (*times.first()?, *times.last()?);
+    let count = ((last - first) / shortest).round();
+    if count < 1.0 {
+        return None;
+    }
+    // Single precision blurs a step; the whole time, divided, does not.
+    let step = (last - first) / count;
+    let is_grid = times.iter().all(|time| {
+        let place = (time - first) / step;
+        (place - place.round()).abs() < 0.05
+    });
+    let rate_hz = 1.0 / step;
+    (is_grid && (SLOWEST_HZ..0.98 * MODEL_RATE_HZ).contains(&rate_hz)).then_some(rate_hz)
 }
 
 fn at_rest(nodes: Vec<Node>) -> Vec<AnimatedJoint> {
@@ -308,6 +454,10 @@ impl SourceMotion for GltfMotion {
         &self.joints[joint].name
     }
 
+    fn named_by_caller(&self, joint: Joint) -> Option<usize> {
+        self.named[joint as usize]
+    }
+
     fn parent(&self, joint: usize) -> Option<usize> {
         self.joints[joint].parent
     }
@@ -329,11 +479,11 @@ impl SourceMotion for GltfMotion {
     }
 
     fn frame_seconds(&self) -> f64 {
-        1.0 / MODEL_RATE_HZ
+        1.0 / self.rate_hz
     }
 
     fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
-        let seconds = self.start_seconds + frame as f64 / MODEL_RATE_HZ;
+        let seconds = self.start_seconds + frame as f64 / self.rate_hz;
         let mut world = world(&self.joints, |joint| joint.local(seconds));
         for ((rotation, _), joint) in world.iter_mut().zip(&self.joints) {
             *rotation *= joint.rest_from_world;

@@ -52,6 +52,10 @@ impl Mapping {
                 missing,
                 recognised: found.iter().flatten().count(),
                 total: motion.joint_count(),
+                names: (0..motion.joint_count())
+                    .map(|joint| motion.name(joint).to_owned())
+                    .filter(|name| !name.is_empty())
+                    .collect(),
             });
         }
         let mut drives = found.map(|joint| joint.map_or(Drive::Parent, Drive::Joint));
@@ -77,6 +81,11 @@ impl Mapping {
             spine: spine_joints,
         };
         mapping.take_turns_without_length(motion);
+        for joint in Joint::ALL {
+            if let Some(named) = motion.named_by_caller(joint) {
+                mapping.drives[joint as usize] = Drive::Joint(named);
+            }
+        }
         Ok(mapping)
     }
 

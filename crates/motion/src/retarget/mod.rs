@@ -11,6 +11,7 @@ mod floor;
 mod mapping;
 mod names;
 mod source;
+mod vocabulary;
 
 use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use glam::{DQuat, DVec3, Vec3};
