@@ -10,6 +10,7 @@ mod evidence;
 mod floor;
 mod mapping;
 mod names;
+mod sides;
 mod source;
 mod vocabulary;
 
@@ -18,11 +19,12 @@ use glam::{DQuat, DVec3, Vec3};
 
 use crate::{Clip, MotionError};
 use align::{Alignment, SoleReference};
-use evidence::{Evidence, sides_vote};
+use evidence::Evidence;
 #[cfg(feature = "amass")]
 pub(crate) use floor::put_on_floor;
 use mapping::{Drive, Mapping};
 pub use mapping::{JointReport, LengthUnit};
+use sides::Facing;
 pub use source::SourceMotion;
 
 /// Carries the motion of a file's skeleton over to a skeleton with these rest joint positions (metres).
@@ -43,26 +45,12 @@ pub fn retarget(
     let mut mapping = Mapping::new(motion)?;
     let mut source = Source::new(motion, &mapping);
     let mut evidence = Evidence::new(&source);
-    match facing(sides_vote(&source, &evidence)) {
-        Facing::Ahead => {}
-        Facing::Unknown => notes.push(
-            "neither toes nor knees nor elbows tell where ahead is: left and right are as named"
-                .to_owned(),
-        ),
-        Facing::Disputed => notes.push(
-            "toes, knees and elbows do not agree where ahead is: left and right are as named"
-                .to_owned(),
-        ),
-        Facing::Back => {
-            notes.push(
-                "left and right are exchanged in the file, as toes, knees and elbows say: taken the \
-                 other way round"
-                    .to_owned(),
-            );
-            mapping = mapping.mirrored();
-            source = Source::new(motion, &mapping);
-            evidence = Evidence::new(&source);
-        }
+    let facing = Facing::new(&source, &evidence);
+    notes.extend(facing.note().map(str::to_owned));
+    if matches!(facing, Facing::Back) {
+        mapping = mapping.mirrored();
+        source = Source::new(motion, &mapping);
+        evidence = Evidence::new(&source);
     }
     notes.extend(source.note.clone());
     let target_m = target_joints_m.map(|joint| joint.as_dvec3());
@@ -77,8 +65,7 @@ pub fn retarget(
     let mut flattest: Option<(f64, Alignment, Vec<String>)> = None;
     let every = motion.frame_count().div_ceil(MAX_JUDGED_FRAMES);
     for reference in [SoleReference::Floor, SoleReference::Shin] {
-        let mut said = Vec::new();
-        let alignment = Alignment::new(&source, &evidence, &target_m, reference, &mut said)?;
+        let (alignment, said) = Alignment::new(&source, &evidence, &target_m, reference)?;
         let frames = source.poses(&alignment, &target_m, scale, every);
         let tilt = floor::sole_tilt(&frames, motion.frame_seconds(), target_joints_m);
         if flattest.as_ref().is_none_or(|(least, ..)| tilt < *least) {
@@ -111,33 +98,6 @@ pub fn retarget(
         frames,
     };
     Ok((clip, report))
-}
-
-/// Where a person faces, judged by the body against the names of its sides.
-enum Facing {
-    Ahead,
-    Back,
-    Disputed,
-    Unknown,
-}
-
-/// Two of three that speak up decide; a vote is a mean sine over both sides. Toes count double:
-/// hardly anybody's point back.
-fn facing([toes, knees, elbows]: [f64; 3]) -> Facing {
-    let say = |vote: f64| {
-        if vote.abs() < 0.1 { 0.0 } else { vote.signum() }
-    };
-    let [toes, knees, elbows] = [2.0 * say(toes), say(knees), say(elbows)];
-    let sum = toes + knees + elbows;
-    if toes == 0.0 && knees == 0.0 && elbows == 0.0 {
-        Facing::Unknown
-    } else if sum > 0.0 {
-        Facing::Ahead
-    } else if sum <= -2.0 && knees <= 0.0 {
-        Facing::Back
-    } else {
-        Facing::Disputed
-    }
 }
 
 /// Frames that the choice between two rest poses of the feet looks at, at most.
