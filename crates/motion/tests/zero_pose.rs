@@ -7,13 +7,13 @@
 mod common;
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
-use common::female_joints_m;
 use dynaskin_body::{JOINT_COUNT, Joint};
 use dynaskin_motion::{
     Clip, JointReport, MotionFile, Procedural, ProceduralKind, SourceMotion, retarget,
 };
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 use proptest::prelude::*;
 
 /// Limits in degrees and metres: limb directions, twist of thighs and upper arms, collars, width.
@@ -21,6 +21,12 @@ const LIMB: f64 = 5.0;
 const TWIST: f64 = 15.0;
 const COLLAR: f64 = 10.0;
 const WIDTH_M: f64 = 0.02;
+
+/// Rest joints of the body, read once.
+fn female_joints_m() -> [Vec3; JOINT_COUNT] {
+    static JOINTS_M: OnceLock<[Vec3; JOINT_COUNT]> = OnceLock::new();
+    *JOINTS_M.get_or_init(common::female_joints_m)
+}
 
 fn file(name: &str) -> Option<(Clip, JointReport)> {
     let shared = std::env::var_os("DYNASKIN_SHARED").map_or_else(

@@ -4,6 +4,7 @@ use dynaskin_body::Joint;
 use glam::{DQuat, DVec3};
 
 use super::frames::{degrees, turn_degrees, turn_frame, twist_degrees};
+use super::twist::{HingeLimits, Twist};
 use super::{Alignment, Builder, Side};
 
 /// A collar whose zero pose is within these degrees of its mean in the motion, or of a usual drawing,
@@ -11,11 +12,14 @@ use super::{Alignment, Builder, Side};
 const COLLAR_TURN: f64 = 8.0;
 /// A collar that turns less than this against the chest (degrees) always rests.
 const STILL_COLLAR: f64 = 3.0;
-/// An upper arm whose elbow is drawn within these degrees of how it bends is not rolled.
-const ARM_TWIST: f64 = 8.0;
-/// The same where the elbow hardly bends, against the least twisted mean.
-const UNSURE_ARM_TWIST: f64 = 45.0;
-/// The same for forearms, which twist themselves.
+const ELBOW: HingeLimits = HingeLimits {
+    name: "elbow",
+    drawn: 8.0,
+    drawn_unsure: 45.0,
+    believed: 120.0,
+};
+/// A forearm whose elbow is drawn within these degrees of how it bends is not rolled: forearms twist
+/// themselves. Then where the elbow tells nothing.
 const FOREARM_TWIST: f64 = 25.0;
 const UNSURE_FOREARM_TWIST: f64 = 60.0;
 /// Hands bend and turn against the forearm by up to this for long.
@@ -87,40 +91,34 @@ impl Builder<'_> {
         let (Some(own), Some(middle)) = (self.at(shoulder), self.at(elbow)) else {
             return;
         };
-        let hinge = self
-            .at(wrist)
-            .and_then(|end| self.evidence.hinge([own, middle, end]));
         let axis = self.elbow_axis(side);
         let bone = self.target_bone(shoulder, elbow);
         let (chest, chest_turn) = alignment.chest(self.source);
 
+        let untwisted = self
+            .evidence
+            .untwisted([own, middle], (chest, chest_turn), bone, axis);
+        let hinge = self
+            .at(wrist)
+            .and_then(|end| self.evidence.hinge([own, middle, end]));
+        let along = self.zero_bone(shoulder, elbow).unwrap_or_default();
         let mut upper = self.along_bone(alignment.of(shoulder), shoulder, elbow);
-        let (axis_in_upper, limit) = match &hinge {
-            Some(hinge) => (hinge.in_upper, ARM_TWIST),
-            None => (
-                self.evidence
-                    .untwisted([own, middle], (chest, chest_turn), bone, axis),
-                UNSURE_ARM_TWIST,
-            ),
-        };
-        if let Some(along) = self.zero_bone(shoulder, elbow) {
-            let rolled = twist_degrees(along, axis_in_upper, upper * axis);
-            if std::env::var("ZP").is_ok() {
-                eprintln!(
-                    "ZP {} {} rolled {:.0}",
-                    shoulder.name(),
-                    hinge.is_some(),
-                    rolled
-                );
-            }
-            let is_rolled = rolled > limit;
-            if is_rolled && let Some(turn) = turn_frame([bone, axis], [along, axis_in_upper]) {
-                upper = turn;
-            }
-            self.say_twist(shoulder, "elbow", is_rolled, hinge.is_some());
+        let twist = Twist::new(
+            along,
+            upper * axis,
+            hinge.as_ref().map(|hinge| hinge.in_upper),
+            untwisted,
+            &ELBOW,
+        );
+        if twist.is_rolled
+            && let Some(turn) = turn_frame([bone, axis], [along, twist.axis])
+        {
+            upper = turn;
         }
+        self.notes.extend(twist.note(shoulder, &ELBOW));
         alignment.set(shoulder, upper);
 
+        let hinge = hinge.filter(|_| twist.is_by_hinge);
         let mut lower = self.along_bone(upper, elbow, wrist);
         let (axis_in_lower, limit) = match &hinge {
             Some(hinge) => (hinge.in_lower, FOREARM_TWIST),
@@ -140,22 +138,6 @@ impl Builder<'_> {
             lower = turn;
         }
         alignment.set(elbow, lower);
-    }
-
-    /// Says where the twist of a limb comes from, unless from the zero pose and surely so.
-    pub(super) fn say_twist(&mut self, limb: Joint, hinge: &str, is_rolled: bool, is_sure: bool) {
-        let limb = limb.name();
-        match (is_rolled, is_sure) {
-            (false, true) => {}
-            (true, true) => self.note(format!("the twist of {limb} comes from how the {hinge} bends")),
-            (true, false) => self.note(format!(
-                "the {hinge} hardly bends, so the twist of {limb} cannot be made out: taken as the least \
-                 twisted on average"
-            )),
-            (false, false) => self.note(format!(
-                "the {hinge} hardly bends, so the twist of {limb} cannot be made out: taken as drawn"
-            )),
-        }
     }
 
     /// The body's axis of an elbow at rest, upper arm times forearm. Elbows of a T-pose bend ahead:

@@ -4,14 +4,18 @@ use dynaskin_body::Joint;
 use glam::DVec3;
 
 use super::frames::{turn_frame, twist_degrees};
+use super::twist::{HingeLimits, Twist};
 use super::{Alignment, Builder, Side};
 use crate::retarget::evidence::bone;
 
-/// A thigh whose knee is drawn within these degrees of how it bends is not rolled.
-const THIGH_TWIST: f64 = 7.0;
-/// The same where the knee hardly bends, against the toes or the least twisted mean.
-const UNSURE_THIGH_TWIST: f64 = 30.0;
-/// The same for shins, which twist themselves.
+const KNEE: HingeLimits = HingeLimits {
+    name: "knee",
+    drawn: 8.0,
+    drawn_unsure: 30.0,
+    believed: 90.0,
+};
+/// A shin whose knee is drawn within these degrees of how it bends is not rolled: shins twist
+/// themselves.
 const SHIN_TWIST: f64 = 25.0;
 /// Toes tell where a knee points if they agree by this length of their mean.
 const TOES_AGREE: f64 = 0.5;
@@ -25,31 +29,26 @@ impl Builder<'_> {
         else {
             return;
         };
-        let hinge = self.evidence.hinge([own, middle, end]);
         let bone = self.target_bone(hip, knee);
-
+        let hinge = self.evidence.hinge([own, middle, end]);
+        let along = self.zero_bone(hip, knee).unwrap_or_default();
         let mut upper = self.along_bone(alignment.of(hip), hip, knee);
-        let (left_in_thigh, limit) = match &hinge {
-            Some(hinge) => (hinge.in_upper, THIGH_TWIST),
-            None => (self.left_without_knee(alignment, side), UNSURE_THIGH_TWIST),
-        };
-        if let Some(along) = self.zero_bone(hip, knee) {
-            let is_rolled = twist_degrees(along, left_in_thigh, upper * DVec3::X) > limit;
-            if std::env::var("ZP").is_ok() {
-                eprintln!(
-                    "ZP {} {} rolled {:.0}",
-                    hip.name(),
-                    hinge.is_some(),
-                    twist_degrees(along, left_in_thigh, upper * DVec3::X)
-                );
-            }
-            if is_rolled && let Some(turn) = turn_frame([bone, DVec3::X], [along, left_in_thigh]) {
-                upper = turn;
-            }
-            self.say_twist(hip, "knee", is_rolled, hinge.is_some());
+        let twist = Twist::new(
+            along,
+            upper * DVec3::X,
+            hinge.as_ref().map(|hinge| hinge.in_upper),
+            self.left_without_knee(alignment, side),
+            &KNEE,
+        );
+        if twist.is_rolled
+            && let Some(turn) = turn_frame([bone, DVec3::X], [along, twist.axis])
+        {
+            upper = turn;
         }
+        self.notes.extend(twist.note(hip, &KNEE));
         alignment.set(hip, upper);
 
+        let hinge = hinge.filter(|_| twist.is_by_hinge);
         let mut lower = self.along_bone(upper, knee, ankle);
         let left_in_shin = match &hinge {
             Some(hinge) => hinge.in_lower,

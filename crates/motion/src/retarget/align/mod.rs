@@ -10,6 +10,7 @@ mod feet;
 mod frames;
 mod legs;
 mod trunk;
+mod twist;
 
 use dynaskin_body::{JOINT_COUNT, Joint};
 use glam::{DQuat, DVec3};
