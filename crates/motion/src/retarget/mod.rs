@@ -12,6 +12,7 @@ mod mapping;
 mod names;
 mod sides;
 mod source;
+mod up;
 mod vocabulary;
 
 use dynaskin_body::{JOINT_COUNT, Joint, Pose};
@@ -52,7 +53,7 @@ pub fn retarget(
         source = Source::new(motion, &mapping);
         evidence = Evidence::new(&source);
     }
-    notes.extend(source.note.clone());
+    notes.extend(source.note.map(str::to_owned));
     let target_m = target_joints_m.map(|joint| joint.as_dvec3());
     let source_leg = source.leg_length();
     let target_leg_m = leg_length(&target_m);
@@ -150,7 +151,7 @@ struct Source<'a> {
     /// Takes the file's axes to +Y up.
     up_from_file: DQuat,
     /// What is to be said of the file's up.
-    note: Option<String>,
+    note: Option<&'static str>,
 }
 
 impl<'a> Source<'a> {
@@ -162,7 +163,7 @@ impl<'a> Source<'a> {
             up_from_file: DQuat::IDENTITY,
             note: None,
         };
-        (source.up_from_file, source.note) = source.find_up();
+        (source.up_from_file, source.note) = up::find_up(&source);
         for position in &mut source.rest {
             *position = source.up_from_file * *position;
         }
@@ -202,75 +203,6 @@ impl<'a> Source<'a> {
 
     fn source_joint(&self, joint: Joint) -> usize {
         self.mapping.source(joint).unwrap_or(0)
-    }
-
-    /// From the middle of the knees to the middle of the shoulders: up, for somebody standing.
-    fn trunk(&self, position: impl Fn(usize) -> DVec3) -> DVec3 {
-        let at = |joint| position(self.source_joint(joint));
-        at(Joint::LeftShoulder) + at(Joint::RightShoulder)
-            - at(Joint::LeftKnee)
-            - at(Joint::RightKnee)
-    }
-
-    /// Where up is in the file: +Y, unless the body stands along another axis throughout and either
-    /// its zero pose does, too, or its ankles are where a floor through the origin wants them.
-    fn find_up(&self) -> (DQuat, Option<String>) {
-        let count = self.motion.frame_count();
-        let mut mean = DVec3::ZERO;
-        let mut ankles: Vec<DVec3> = Vec::new();
-        let mut judged = 0.0;
-        for frame in (0..count).step_by(count.div_ceil(50).max(1)) {
-            let world = self.motion.world_joints(frame);
-            mean += self.trunk(|joint| world[joint].1).normalize_or_zero();
-            judged += 1.0;
-            let at = |joint| world[self.source_joint(joint)].1;
-            ankles.push(at(Joint::LeftAnkle).min(at(Joint::RightAnkle)));
-        }
-        mean /= f64::max(judged, 1.0);
-        let rest = self.trunk(|joint| self.rest[joint]).normalize_or_zero();
-        let leg = self.leg_length();
-        let lowest = |axis: DVec3| {
-            let mut heights: Vec<f64> = ankles.iter().map(|ankle| ankle.dot(axis)).collect();
-            heights.sort_by(f64::total_cmp);
-            heights.get(heights.len() / 10).copied().unwrap_or_default()
-        };
-        let stands_on_origin = |axis: DVec3| (-0.1..0.35).contains(&(lowest(axis) / leg.max(1e-9)));
-        let is_along = |direction: DVec3, axis: DVec3| {
-            let along = direction.dot(axis);
-            along > 0.0 && (direction - along * axis).abs().max_element() < along
-        };
-        let up = [DVec3::Z, DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::NEG_X]
-            .into_iter()
-            .find(|axis| is_along(mean, *axis));
-        let Some(up) = up else {
-            let lies = mean.y < 0.3;
-            let note = "where up is cannot be made out by the body: +Y is taken";
-            return (DQuat::IDENTITY, lies.then(|| note.to_owned()));
-        };
-        let is_clear = mean.dot(up) > 0.75;
-        let is_up = if up == DVec3::Z {
-            is_along(rest, up) || (is_clear && stands_on_origin(up))
-        } else if up == DVec3::NEG_Y {
-            is_clear && is_along(rest, up)
-        } else {
-            is_clear && (is_along(rest, up) || stands_on_origin(up))
-        };
-        if !is_up {
-            let note = "the body lies throughout: +Y is taken for up";
-            return (DQuat::IDENTITY, Some(note.to_owned()));
-        }
-        let turn = if up == DVec3::NEG_Y {
-            DQuat::from_rotation_x(std::f64::consts::PI)
-        } else {
-            DQuat::from_rotation_arc(up, DVec3::Y)
-        };
-        let turn = if up == DVec3::Z {
-            DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2)
-        } else {
-            turn
-        };
-        let note = (up != DVec3::Z).then(|| format!("the body stands along {up}: taken for up"));
-        (turn, note)
     }
 
     /// Rest position of the source joint of `joint`.

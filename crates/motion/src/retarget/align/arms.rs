@@ -53,18 +53,6 @@ impl Builder<'_> {
         if spread.to_degrees() > STILL_COLLAR {
             usual.extend(drawn);
         }
-        if std::env::var("ZP").is_ok() {
-            eprintln!(
-                "ZP {} spread {:.1}: {}",
-                collar.name(),
-                spread.to_degrees(),
-                usual
-                    .iter()
-                    .map(|m| format!("{:.0}", turn_degrees(*m, zero)))
-                    .collect::<Vec<_>>()
-                    .join(" ")
-            );
-        }
         if usual
             .iter()
             .any(|usual| turn_degrees(*usual, zero) < COLLAR_TURN)

@@ -65,16 +65,6 @@ impl Builder<'_> {
             ));
         }
         let to_shin = degrees(along, self.zero_bone(knee, ankle).unwrap_or_default());
-        if std::env::var("ZP").is_ok() {
-            eprintln!(
-                "ZP {} left {:.2} turned {:.0} ahead {:.2} to_shin {:.0}",
-                ankle.name(),
-                left.length(),
-                degrees(left, drawn * DVec3::X),
-                toes_ahead,
-                to_shin
-            );
-        }
         let differs = !self.is_upright
             || (has_toes && !DRAWN_TOES.contains(&to_shin))
             || (is_turned && toes_ahead >= TOES_AHEAD);
@@ -144,14 +134,6 @@ impl Alignment {
             let most = if angle > 0.0 { 1.0 } else { MOST_TOES_DOWN };
             let is_flat_then =
                 toes_down.is_some_and(|down| (LEAST_TOES_DOWN..most).contains(&(down - angle)));
-            if std::env::var("ZP").is_ok() {
-                eprintln!(
-                    "ZP pitch {:.0} toes down {:.0} {}",
-                    angle.to_degrees(),
-                    toes_down.unwrap_or(0.0).to_degrees(),
-                    is_flat_then
-                );
-            }
             let limit = if is_flat_then {
                 MAX_PITCH_OF_FLAT
             } else {

@@ -11,7 +11,7 @@ use crate::retarget::evidence::bone;
 const KNEE: HingeLimits = HingeLimits {
     name: "knee",
     drawn: 8.0,
-    drawn_unsure: 30.0,
+    drawn_unsure: 20.0,
     believed: 90.0,
 };
 /// A shin whose knee is drawn within these degrees of how it bends is not rolled: shins twist

@@ -43,17 +43,6 @@ impl Builder<'_> {
             of_source: vec![turn; joint_count],
             toes_down: [None; 2],
         };
-        if std::env::var("ZP").is_ok() {
-            if let (Ok(z), Some(m)) = (&zero, &measured) {
-                eprintln!(
-                    "ZP trunk {}",
-                    m.iter()
-                        .map(|m| format!("{:.0}", turn_degrees(m.turn, *z)))
-                        .collect::<Vec<_>>()
-                        .join(" ")
-                );
-            }
-        }
         let Some(measured) = measured else {
             return zero.map(everywhere);
         };
@@ -154,20 +143,6 @@ impl Builder<'_> {
             .chain(self.source.rest_of(Joint::Neck))
             .collect();
         let legs = hips - ankles;
-        if std::env::var("ZP").is_ok() {
-            eprintln!(
-                "ZP straight legs {:.0} line {:.0} hips {:.0} sh {:.0} {:?}",
-                legs.angle_between(legs - legs.dot(ahead) * ahead)
-                    .to_degrees(),
-                degrees(shoulders - hips, up),
-                degrees(across(Joint::LeftHip), left),
-                degrees(across(Joint::LeftShoulder), left),
-                chain
-                    .windows(2)
-                    .map(|e| degrees(e[1] - e[0], up).round())
-                    .collect::<Vec<_>>()
-            );
-        }
         legs.angle_between(legs - legs.dot(ahead) * ahead)
             .to_degrees()
             < STRAIGHT_LEGS
