@@ -8,8 +8,9 @@ use super::Source;
 /// Frames looked at, at most.
 const MAX_FRAMES: usize = 400;
 
-/// A knee or an elbow bends at least by this sine in the frames that count.
-const LEAST_BEND: f64 = 0.15;
+/// A knee or an elbow bends at least by this sine in the frames that count: straight ones are a few
+/// degrees off to the side, which tells nothing.
+const LEAST_BEND: f64 = 0.25;
 /// Mean sine of the bend over all frames that makes a hinge, and the part of it about one axis.
 const LEAST_MEAN_BEND: f64 = 0.03;
 const ONE_AXIS: f64 = 0.8;

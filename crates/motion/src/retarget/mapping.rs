@@ -1,6 +1,7 @@
 //! The source joints that drive the body's joints, and what is reported of them.
 
 use dynaskin_body::{JOINT_COUNT, Joint};
+use glam::DVec3;
 
 use super::names::named_joints;
 use super::source::SourceMotion;
@@ -42,7 +43,12 @@ pub struct Mapping {
 
 impl Mapping {
     pub fn new(motion: &dyn SourceMotion) -> Result<Self, MotionError> {
-        let found = named_joints(motion);
+        let mut found = named_joints(motion);
+        let rest = motion.rest_positions();
+        let shortest = shortest_bone(&rest, &found);
+        if let Some(pelvis) = turning_pelvis(motion, &found, &rest, shortest) {
+            found[Joint::Pelvis as usize] = Some(pelvis);
+        }
         let missing: Vec<Joint> = REQUIRED
             .into_iter()
             .filter(|joint| found[*joint as usize].is_none())
@@ -65,7 +71,15 @@ impl Mapping {
             found[Joint::LeftCollar as usize].or(found[Joint::LeftShoulder as usize]),
             found[Joint::RightCollar as usize].or(found[Joint::RightShoulder as usize]),
         ) {
-            let spine = spine_chain(motion, pelvis, left, right);
+            let mut spine = spine_chain(motion, pelvis, left, right);
+            // Of joints at one place the last one turns the bone.
+            let chain = spine.clone();
+            let mut place = 0;
+            spine.retain(|joint| {
+                place += 1;
+                let next = chain.get(place);
+                next.is_none_or(|next| rest[*next].distance(rest[*joint]) > shortest)
+            });
             let joints = [Joint::Spine1, Joint::Spine2, Joint::Spine3];
             for (joint, drive) in joints.into_iter().zip(spine_drives(pelvis, &spine)) {
                 drives[joint as usize] = drive;
@@ -80,7 +94,7 @@ impl Mapping {
             drives,
             spine: spine_joints,
         };
-        mapping.take_turns_without_length(motion);
+        mapping.take_turns_without_length(motion, &rest, shortest);
         for joint in Joint::ALL {
             if let Some(named) = motion.named_by_caller(joint) {
                 mapping.drives[joint as usize] = Drive::Joint(named);
@@ -99,12 +113,12 @@ impl Mapping {
 
     /// A joint that only turns stands at the place of the one it hangs on: of a limb's joints at one
     /// place the last turns the bone.
-    fn take_turns_without_length(&mut self, motion: &dyn SourceMotion) {
-        let rest = motion.rest_positions();
-        let shortest = {
-            let at = |joint: Joint| self.source(joint).map(|idx| rest[idx]).unwrap_or_default();
-            1e-3 * at(Joint::LeftHip).distance(at(Joint::LeftAnkle))
-        };
+    fn take_turns_without_length(
+        &mut self,
+        motion: &dyn SourceMotion,
+        rest: &[DVec3],
+        shortest: f64,
+    ) {
         let limbs = [
             (Joint::LeftCollar, Joint::LeftShoulder),
             (Joint::LeftShoulder, Joint::LeftElbow),
@@ -142,6 +156,37 @@ impl Mapping {
             _ => None,
         }
     }
+}
+
+/// Bones up to this length have none, in the file's unit.
+fn shortest_bone(rest: &[DVec3], found: &[Option<usize>; JOINT_COUNT]) -> f64 {
+    let at = |joint: Joint| {
+        found[joint as usize]
+            .map(|idx| rest[idx])
+            .unwrap_or_default()
+    };
+    1e-3 * at(Joint::LeftHip).distance(at(Joint::LeftAnkle))
+}
+
+/// The last joint at the pelvis's place that carries legs and trunk, which turns them all.
+fn turning_pelvis(
+    motion: &dyn SourceMotion,
+    found: &[Option<usize>; JOINT_COUNT],
+    rest: &[DVec3],
+    shortest: f64,
+) -> Option<usize> {
+    let above = |joint: Joint| Some(ancestry(motion, found[joint as usize]?));
+    let pelvis = found[Joint::Pelvis as usize]?;
+    let [right_leg, trunk] = [above(Joint::RightHip)?, above(Joint::LeftShoulder)?];
+    above(Joint::LeftHip)?
+        .into_iter()
+        .take_while(|joint| *joint != pelvis)
+        .find(|joint| {
+            right_leg.contains(joint)
+                && trunk.contains(joint)
+                && ancestry(motion, *joint).contains(&pelvis)
+                && rest[*joint].distance(rest[pelvis]) <= shortest
+        })
 }
 
 /// Ancestors of `joint` and itself, from the joint to the root.

@@ -28,7 +28,7 @@ const TOES_AHEAD: f64 = 0.3;
 /// What the soles of the source's rest pose are flat against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SoleReference {
-    /// The floor.
+    /// The floor across the trunk.
     Floor,
     /// The plane across the shin: feet that turn with spread legs, as in CMU's skeletons.
     Shin,
@@ -104,7 +104,7 @@ impl Builder<'_> {
         let [knee, ankle, foot] =
             [Joint::LeftKnee, Joint::LeftAnkle, Joint::LeftFoot].map(|of| side.of(of));
         let up = match reference {
-            SoleReference::Floor => DVec3::Y,
+            SoleReference::Floor => alignment.of(Joint::Pelvis) * DVec3::Y,
             SoleReference::Shin => -self
                 .zero_bone(knee, ankle)
                 .unwrap_or_default()
