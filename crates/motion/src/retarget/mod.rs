@@ -182,25 +182,6 @@ impl<'a> Source<'a> {
         world
     }
 
-    /// Whether the file tells where the toes of a foot point: not along the shin.
-    fn has_toes(&self, ankle: Joint, foot: Joint) -> bool {
-        if self.rest_of(foot).is_some() {
-            return true;
-        }
-        let knee = if ankle == Joint::LeftAnkle {
-            Joint::LeftKnee
-        } else {
-            Joint::RightKnee
-        };
-        let (Some(knee), Some(ankle_m), Some(end)) =
-            (self.rest_of(knee), self.rest_of(ankle), self.end_of(ankle))
-        else {
-            return false;
-        };
-        let (shin, toes) = (ankle_m - knee, end - ankle_m);
-        toes.length() > 0.02 * self.leg_length() && toes.angle_between(shin) > 0.5
-    }
-
     fn source_joint(&self, joint: Joint) -> usize {
         self.mapping.source(joint).unwrap_or(0)
     }

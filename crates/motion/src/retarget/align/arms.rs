@@ -22,6 +22,8 @@ const ELBOW: HingeLimits = HingeLimits {
 /// themselves. Then where the elbow tells nothing.
 const FOREARM_TWIST: f64 = 25.0;
 const UNSURE_FOREARM_TWIST: f64 = 60.0;
+/// Fingers are within these degrees of the forearm on average.
+const FINGERS: f64 = 45.0;
 /// Hands bend and turn against the forearm by up to this for long.
 const HAND_BEND: f64 = 35.0;
 const HAND_TURN: f64 = 75.0;
@@ -154,7 +156,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Hands are drawn along the forearm, and stand so to it on average.
+    /// Hands are drawn along the forearm, and are so on average.
     fn hand(&self, alignment: &mut Alignment, side: Side) {
         let [elbow, wrist, hand] =
             [Joint::LeftElbow, Joint::LeftWrist, Joint::LeftHand].map(|of| side.of(of));
@@ -162,17 +164,23 @@ impl Builder<'_> {
         let mut turn = forearm;
         if let (Some(middle), Some(own)) = (self.at(elbow), self.at(wrist)) {
             let axis = self.elbow_axis(side);
-            let along = self.zero_bone(wrist, hand).unwrap_or_default();
+            let bone = self.target_bone(elbow, wrist);
+            let (mean, _) = self.evidence.mean_turn(own, middle);
+            let mean = mean * forearm;
+            // Ends of hands are often drawn anywhere; fingers are ahead on average.
+            let fingers = self
+                .zero_bone(wrist, hand)
+                .filter(|along| degrees(*along, mean * bone) < FINGERS);
             let axis_in_hand = self
                 .evidence
                 .mean_in(own, |world| world[middle].0 * (forearm * axis));
-            let bone = self.target_bone(elbow, wrist);
-            let measured = turn_frame([bone, axis], [along, axis_in_hand])
-                .unwrap_or_else(|| self.evidence.mean_turn(own, middle).0 * forearm);
-            let is_bent =
-                degrees(measured * bone, forearm * bone) > HAND_BEND && along != DVec3::ZERO;
-            if is_bent || turn_degrees(measured, forearm) > HAND_TURN {
-                turn = measured;
+            let by_fingers = fingers
+                .and_then(|along| turn_frame([bone, axis], [along, axis_in_hand]))
+                .filter(|turn| degrees(*turn * bone, forearm * bone) > HAND_BEND);
+            if let Some(by_fingers) = by_fingers {
+                turn = by_fingers;
+            } else if turn_degrees(mean, forearm) > HAND_TURN {
+                turn = mean;
             }
         }
         alignment.set(wrist, turn);

@@ -18,6 +18,10 @@ const LEAST_TOES_DOWN: f64 = 0.1;
 const MOST_TOES_DOWN: f64 = 0.45;
 /// Drawn toes are between these degrees from the shin.
 const DRAWN_TOES: std::ops::Range<f64> = 40.0..95.0;
+/// The end of a foot's bone is where toes are if it is this far from the shin, in radians, on average.
+const TOES_FROM_SHIN: f64 = 0.5;
+/// Feet without toes are drawn across the shin within these degrees.
+const SOLE_TILT: f64 = 25.0;
 /// Toes point where the knee does within these degrees.
 const FOOT_TURN: f64 = 40.0;
 /// Least length of a mean of unit vectors that counts: captured ankles turn wildly at times.
@@ -43,7 +47,7 @@ impl Builder<'_> {
         };
         let toes = self.at(foot);
         let shin = alignment.of(knee);
-        let has_toes = self.source.has_toes(ankle, foot);
+        let has_toes = toes.is_some() || self.end_is_ahead([middle, end], ankle);
         let drawn = self.drawn_sole(alignment, side, reference, has_toes);
         let along = self.zero_bone(ankle, foot).unwrap_or_default();
         let left = self
@@ -64,9 +68,12 @@ impl Builder<'_> {
                 ankle.name()
             ));
         }
+        // Without toes, soles are across the shin on average.
+        let mean = self.evidence.mean_turn(end, middle).0 * shin;
         let to_shin = degrees(along, self.zero_bone(knee, ankle).unwrap_or_default());
         let differs = !self.is_upright
             || (has_toes && !DRAWN_TOES.contains(&to_shin))
+            || (!has_toes && degrees(mean * DVec3::Y, drawn * DVec3::Y) > SOLE_TILT)
             || (is_turned && toes_ahead >= TOES_AHEAD);
         let sole = if differs {
             self.note(format!(
@@ -76,7 +83,7 @@ impl Builder<'_> {
             has_toes
                 .then(|| turn_frame([self.target_bone(ankle, foot), DVec3::X], [along, left]))
                 .flatten()
-                .unwrap_or_else(|| self.evidence.mean_turn(end, middle).0 * shin)
+                .unwrap_or(mean)
         } else {
             drawn
         };
@@ -90,6 +97,23 @@ impl Builder<'_> {
         alignment.toes_down[is_right] = has_toes
             .then(|| (sole.inverse() * along).normalize_or_zero().y)
             .map(|up| -up.clamp(-1.0, 1.0).asin());
+    }
+
+    /// Whether the end of an ankle's bone is where toes are, not along the shin.
+    fn end_is_ahead(&self, [knee, ankle]: [usize; 2], joint: Joint) -> bool {
+        let (Some(end), Some(start)) = (self.source.end_of(joint), self.source.rest_of(joint))
+        else {
+            return false;
+        };
+        let foot = end - start;
+        let mean = self.evidence.votes(|world| {
+            let shin = bone(world, knee, ankle);
+            if shin == DVec3::ZERO {
+                return 0.0;
+            }
+            (world[ankle].0 * foot).angle_between(shin)
+        });
+        foot.length() > self.shortest() && mean > TOES_FROM_SHIN
     }
 
     /// Alignment of a foot that lays the body's flat sole onto that of the zero pose and turns its toes

@@ -158,7 +158,7 @@ impl Builder<'_> {
     }
 
     /// Shorter bones have no direction, in the file's unit.
-    fn shortest(&self) -> f64 {
+    pub(super) fn shortest(&self) -> f64 {
         0.02 * self.source.leg_length()
     }
 
