@@ -60,7 +60,7 @@ impl Motion {
             Self::Capture { path, speed, .. } => {
                 let bytes = fs::read(path).map_err(|error| io(path, &error))?;
                 let file = MotionFile::parse(&bytes).map_err(failed)?;
-                let (clip, _) = file.clip(joints_rest_m).map_err(failed)?;
+                let clip = file.clip(joints_rest_m).map_err(failed)?.clip;
                 let clip = if (clip.rate_hz / MODEL_RATE_HZ - 1.0).abs() < 1e-4 {
                     // "0.0166667" is meant to be 60 Hz: resampling would only blur it.
                     Clip {
