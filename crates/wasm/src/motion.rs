@@ -34,10 +34,12 @@ pub(crate) fn read_options(
             let message = "Joints are named in pairs: the body's joint and the file's.";
             return Err(Thrown::argument(message.to_owned()));
         };
-        options.name_joint(joint, name).map_err(|error| match error {
-            MotionError::UnknownBodyJoint { .. } => Thrown::argument(error.to_string()),
-            other => other.into(),
-        })?;
+        options
+            .name_joint(joint, name)
+            .map_err(|error| match error {
+                MotionError::UnknownBodyJoint { .. } => Thrown::argument(error.to_string()),
+                other => other.into(),
+            })?;
     }
     options.animation = animation;
     options.rate_hz = rate_hz;
