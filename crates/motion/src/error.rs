@@ -241,7 +241,7 @@ fn list(joints: &[Joint]) -> String {
 }
 
 /// As many names as a message bears.
-fn shortened(names: &[String]) -> String {
+pub(crate) fn shortened(names: &[String]) -> String {
     const MOST: usize = 80;
     let shown = names[..names.len().min(MOST)].join(", ");
     match names.len().saturating_sub(MOST) {

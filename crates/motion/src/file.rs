@@ -61,40 +61,84 @@ impl MotionFile {
     }
 
     /// What the file did not say or lacks, and what was made of it; empty where there is nothing to
-    /// say. Each is a sentence without its first capital and its full stop.
+    /// say. Each is a sentence without its first capital and its full stop. [`Self::clip`] finds more.
     pub fn notes(&self) -> Vec<String> {
         match self {
             Self::Bvh(motion) => motion.break_off().iter().map(ToString::to_string).collect(),
-            Self::Gltf(_) => Vec::new(),
+            Self::Gltf(motion) => motion.notes(),
             #[cfg(feature = "amass")]
             Self::Amass(motion) => motion.notes(),
         }
     }
 
     /// The motion for a body with these rest joint positions (metres), at the file's rate (for
-    /// glTF that of its keyframes, at most 60 Hz), named as in the file. SMPL poses turn the body's joints as they are: there is nothing
-    /// to report of them.
+    /// glTF that of its keyframes, at most 60 Hz), named as in the file.
     ///
     /// # Errors
     /// As [`retarget`].
-    pub fn clip(
-        &self,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-    ) -> Result<(Clip, Option<JointReport>), MotionError> {
-        let with_report = |(clip, mut report): (Clip, JointReport)| {
-            report.notes.extend(self.notes());
-            (clip, Some(report))
-        };
-        match self {
-            Self::Bvh(motion) => retarget(motion, joints_rest_m).map(with_report),
+    pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<FileClip, MotionError> {
+        let mut notes = self.notes();
+        let (clip, report) = match self {
+            Self::Bvh(motion) => {
+                retarget(motion, joints_rest_m).map(|(clip, report)| (clip, Some(report)))?
+            }
             Self::Gltf(motion) => {
                 let (mut clip, report) = retarget(motion, joints_rest_m)?;
                 clip.name.clone_from(&motion.animation_name);
-                Ok((clip, Some(report)))
+                (clip, Some(report))
             }
             #[cfg(feature = "amass")]
-            Self::Amass(motion) => Ok((motion.clip(joints_rest_m), None)),
+            Self::Amass(motion) => (motion.clip(joints_rest_m), None),
+        };
+        notes.extend(jumps_note(&clip));
+        if let Some(report) = &report {
+            notes.extend(report.notes.iter().cloned());
         }
+        let report = report.map(|report| JointReport {
+            notes: notes.clone(),
+            ..report
+        });
+        Ok(FileClip {
+            clip,
+            report,
+            notes,
+        })
+    }
+}
+
+/// The motion of a file for a body.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FileClip {
+    /// The motion, at the file's rate.
+    pub clip: Clip,
+    /// What became of the file's joints. None for SMPL poses, which turn the body's joints as they are.
+    pub report: Option<JointReport>,
+    /// What the file did not say or lacks, what was found other than usual, and what was made of it: a
+    /// sentence each. The report has the same.
+    pub notes: Vec<String>,
+}
+
+/// What is to be said of the places where the body jumps.
+fn jumps_note(clip: &Clip) -> Option<String> {
+    const MOST: usize = 8;
+    let jumps = clip.jumps();
+    let places: Vec<String> = jumps
+        .iter()
+        .take(MOST)
+        .map(|frame| (frame + 1).to_string())
+        .collect();
+    let more = jumps.len().saturating_sub(MOST);
+    match (&places[..], more) {
+        ([], _) => None,
+        (places, 0) => Some(format!(
+            "the body jumps after frame {}: taken as a cut",
+            places.join(", ")
+        )),
+        (places, more) => Some(format!(
+            "the body jumps after frame {} and {more} more: taken as cuts",
+            places.join(", ")
+        )),
     }
 }
 

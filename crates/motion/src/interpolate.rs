@@ -1,7 +1,7 @@
 //! What lies between the frames of a clip.
 //!
-//! Frames are samples of a smooth motion. Straight lines between them have corners, and tissue hears
-//! accelerations: so a curve of the fifth degree leads from frame to frame, whose speed and
+//! Frames are samples of a smooth motion. Straight lines between them have corners, and accelerations
+//! move tissue: so a curve of the fifth degree leads from frame to frame, whose speed and
 //! acceleration at each frame come from two frames before it and two after it. They are the same
 //! from both sides: the motion has no corners and no jumps of the acceleration.
 
@@ -10,16 +10,19 @@ use std::ops::{Add, Mul, Sub};
 use dynaskin_body::{JOINT_COUNT, Pose};
 use glam::{DQuat, DVec3, DVec4};
 
-/// Angle in radians by which a joint turns from a frame to the next in a jump, up to steps of 1/24 s.
-/// Longer steps give bodies time.
-const JUMP_RAD: f64 = 0.7;
-const JUMP_SECONDS: f64 = 1.0 / 24.0;
-/// Speed of the root in m/s, over a tick at least, that makes a jump.
-const JUMP_M_S: f64 = 8.0;
+/// Angle in radians by which a joint turns from a frame to the next in a jump, up to steps of 1/30 s;
+/// longer steps give bodies time. A jump is held and then made in one step of 60 Hz, in which the
+/// runtime takes 1 rad for a cut: what is less would be shown as a movement without being one.
+const JUMP_RAD: f64 = 1.05;
+const JUMP_SECONDS: f64 = 1.0 / 30.0;
+/// Speed of the root in m/s, over a tick at least, that makes a jump; the runtime takes 8 for a cut.
+const JUMP_M_S: f64 = 8.4;
 const TICK_SECONDS: f64 = 1.0 / 60.0;
 /// How many times as far as in the steps beside it a body goes in a jump. Fast movements begin and
 /// end more gently.
 const JUMP_RATIO: f64 = 4.0;
+/// The same at a beginning or an end, with a step on one side only: a file may begin in mid-throw.
+const JUMP_RATIO_AT_ENDS: f64 = 8.0;
 
 /// Frames of a curve: two before the step, its two, and two after it.
 const WINDOW: usize = 6;
@@ -85,7 +88,8 @@ pub fn pose_at(frames: &[Pose], frame_seconds: f64, position: f64) -> Pose {
 }
 
 /// Whether the body jumps between a frame and the next: much farther than bodies move in that time
-/// and than it moves in the steps before and after.
+/// and than it moves in the steps before and after. What it moves in the step before comes off: a cut
+/// is a change of speed.
 pub fn is_jump(frames: &[Pose], frame_seconds: f64, frame: usize) -> bool {
     let Some([from, to]) = frames.get(frame..frame + 2) else {
         return false;
@@ -97,13 +101,20 @@ pub fn is_jump(frames: &[Pose], frame_seconds: f64, frame: usize) -> bool {
     if beside.iter().all(Option::is_none) {
         return false;
     }
+    let ratio = if beside.iter().all(Option::is_some) {
+        JUMP_RATIO
+    } else {
+        JUMP_RATIO_AT_ENDS
+    };
     let far = |distance: &dyn Fn(&Pose, &Pose) -> f64, limit: f64| {
         let own = distance(from, to);
+        let before = || beside[0].map_or(0.0, |[a, b]| distance(a, b));
         own > limit
+            && own - before() > limit
             && beside
                 .iter()
                 .flatten()
-                .all(|[a, b]| own > JUMP_RATIO * distance(a, b))
+                .all(|[a, b]| own > ratio * distance(a, b))
     };
     let root = |a: &Pose, b: &Pose| a.root_translation_m.distance(b.root_translation_m);
     let limit_m = JUMP_M_S * frame_seconds.max(TICK_SECONDS);

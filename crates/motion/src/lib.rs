@@ -20,7 +20,7 @@ pub use bvh::{Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
 pub use clip::{Clip, MAX_CLIP_FRAMES};
 pub use dynaskin_skeleton::MODEL_RATE_HZ;
 pub use error::MotionError;
-pub use file::MotionFile;
+pub use file::{FileClip, MotionFile};
 pub use glb::{AnimationInfo, GltfMotion};
 pub use options::{AnimationChoice, ReadOptions, UpAxis};
 pub use procedural::{Procedural, ProceduralKind};

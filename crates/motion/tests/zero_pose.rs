@@ -48,8 +48,8 @@ fn file(name: &str) -> Option<(Clip, JointReport)> {
         return None;
     };
     let motion = MotionFile::parse(&bytes).expect("a motion");
-    let (clip, report) = motion.clip(&female_joints_m()).expect("a person");
-    Some((clip, report.expect("of named joints")))
+    let found = motion.clip(&female_joints_m()).expect("a person");
+    Some((found.clip, found.report.expect("of named joints")))
 }
 
 /// Angle about `axis` between two frames that both have it, in degrees.

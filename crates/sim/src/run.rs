@@ -35,6 +35,8 @@ pub struct Job {
     pub materials: Materials,
     /// Frames at 60 Hz.
     pub frames: usize,
+    /// What was found other than usual in the motion's file, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Job {
@@ -110,10 +112,22 @@ pub enum RunError {
         reason: String,
     },
     /// The folder of captures holds none.
-    #[error("{path} holds no .bvh files; give the folder of motion captures")]
+    #[error(
+        "{path} holds no motion files (.bvh, .npz, .glb, .vrma); give the folder of motion captures"
+    )]
     NoCaptures {
         /// The folder.
         path: PathBuf,
+    },
+    /// An option was given that no file has a use for.
+    #[error("{option} is for {kinds} files, and {path} holds none; leave it out")]
+    UnusedOption {
+        /// The option of the command.
+        option: &'static str,
+        /// The folder.
+        path: PathBuf,
+        /// Endings of the files that the option is for.
+        kinds: String,
     },
     /// A motion cannot be read or made.
     #[error("motion {motion}: {source}")]
@@ -176,7 +190,7 @@ impl Run<'_> {
         let mut jobs = Vec::new();
         let shaped = self.body.shaped(&[0.0; SHAPE_COUNT]);
         for motion in motions {
-            let clip = motion.clip(&shaped.joints_m)?;
+            let (clip, notes) = motion.clip_and_notes(&shaped.joints_m)?;
             let frames = clip
                 .frames
                 .len()
@@ -199,6 +213,7 @@ impl Run<'_> {
                         shape,
                         materials: Materials::NOMINAL,
                         frames,
+                        notes: notes.clone(),
                     };
                     job.materials = self.materials(&job.name());
                     jobs.push(job);

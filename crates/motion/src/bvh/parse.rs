@@ -247,7 +247,9 @@ fn frames(
             match text.value_word() {
                 Some(word) => {
                     // What the end of the file cut in two need not be a number.
-                    let is_cut = frame < frame_count && text.remaining() == 0;
+                    let is_inside = frame < frame_count || channel + 1 < channel_count;
+                    let goes_on = word.last().is_some_and(|last| b"+-.eE".contains(last));
+                    let is_cut = text.remaining() == 0 && (is_inside || goes_on);
                     match text.number(word, "a number") {
                         Ok(value) => values.push(value),
                         Err(_) if is_cut => {

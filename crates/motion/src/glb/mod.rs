@@ -5,8 +5,10 @@
 //! extensions (`VRMC_vrm_animation`, `VRMC_vrm`, `VRM`), from the names of the joints of the file's
 //! skins, or from the names of all nodes.
 
+mod animations;
 mod humanoid;
 mod nodes;
+mod rest;
 mod track;
 
 use dynaskin_body::{JOINT_COUNT, Joint};
@@ -15,9 +17,12 @@ use glam::{DAffine3, DQuat, DVec3};
 use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
 
-use crate::options::{AnimationChoice, ReadOptions, find_named};
+use crate::options::{ReadOptions, find_named};
 use crate::{MAX_CLIP_FRAMES, MODEL_RATE_HZ, MotionError, SourceMotion};
+pub use animations::AnimationInfo;
+use animations::{animations, chosen, key_rate_hz, moving, what_was_chosen};
 use nodes::{Local, Node};
+use rest::bound;
 use track::Track;
 
 /// An animation of a binary glTF file, sampled at the rate of its keyframes where they stand at equal
@@ -32,20 +37,7 @@ pub struct GltfMotion {
     rate_hz: f64,
     /// The joints that the caller named.
     named: [Option<usize>; JOINT_COUNT],
-}
-
-/// An animation of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AnimationInfo {
-    /// Its name; empty where it has none.
-    pub name: String,
-    /// Time from its first keyframe to its last, in seconds.
-    pub seconds: f64,
-    /// How many of the skeleton's joints it turns by half a degree and more; 0 for a pose held, for
-    /// what moves no person and for what cannot be read.
-    pub moving_joints: usize,
-    /// How many of the skeleton's joints it has rotations of, whether they move or not.
-    turned_joints: usize,
+    notes: Vec<String>,
 }
 
 /// A node of the skeleton and what moves it.
@@ -85,8 +77,9 @@ impl GltfMotion {
     ///
     /// # Errors
     /// [`MotionError::UnknownAnimation`], [`MotionError::NamedJoint`],
-    /// [`MotionError::OptionNotForFile`]; [`MotionError::Glb`] for what is no binary glTF 2.0 file or holds no animation of a skeleton,
-    /// and for data outside the file, sparse or compressed; [`MotionError::TooLong`].
+    /// [`MotionError::OptionNotForFile`]; [`MotionError::Glb`] for what is no binary glTF 2.0 file or
+    /// holds no animation of a skeleton, and for data outside the file, sparse or compressed;
+    /// [`MotionError::TooLong`].
     pub fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
         options.check_unused(
             "glTF, whose keyframes have times and whose up is +Y",
@@ -96,9 +89,14 @@ impl GltfMotion {
         let nodes = nodes::skeleton(&file)?;
         let joint_of = joint_of(&file, &nodes);
         let all = animations(&file, &nodes, &joint_of);
+        let mut notes = Vec::new();
         let animation = match &options.animation {
             Some(choice) => chosen(&all, choice)?,
-            None => moving(&all)?,
+            None => {
+                let animation = moving(&all)?;
+                notes.extend(what_was_chosen(&all, animation));
+                animation
+            }
         };
         let names: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
         let named = find_named(&options.joints, &names)?;
@@ -155,7 +153,13 @@ impl GltfMotion {
             named,
             start_seconds,
             joints,
+            notes,
         })
+    }
+
+    /// What was chosen among several, and what else is to be said of the file.
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 }
 
@@ -166,120 +170,6 @@ fn joint_of(file: &Document<'_>, nodes: &[Node]) -> Vec<Option<usize>> {
         joint_of[node.index] = Some(joint);
     }
     joint_of
-}
-
-/// Turns of at least this many radians count as movement: half a degree.
-const MOVING_RAD: f64 = 0.0087;
-
-fn animations(
-    file: &Document<'_>,
-    nodes: &[Node],
-    joint_of: &[Option<usize>],
-) -> Vec<AnimationInfo> {
-    let animations = file.root.animations.iter();
-    animations
-        .map(|animation| {
-            let (mut start, mut end) = (f64::MAX, f64::MIN);
-            let (mut moving_joints, mut turned_joints) = (0, 0);
-            for channel in &animation.channels {
-                let joint = joint_of.get(channel.target.node.value()).copied().flatten();
-                let is_turned = channel.target.path == Checked::Valid(Property::Rotation)
-                    && joint.is_some_and(|joint| !nodes[joint].name.is_empty());
-                if !is_turned {
-                    continue;
-                }
-                turned_joints += 1;
-                let sampler = animation.samplers.get(channel.sampler.value());
-                let track = sampler.map(|sampler| Track::rotations(file, sampler));
-                if let Some(Ok(track)) = track {
-                    start = start.min(track.start_seconds());
-                    end = end.max(track.end_seconds());
-                    moving_joints += usize::from(track.largest_turn() > MOVING_RAD);
-                }
-            }
-            AnimationInfo {
-                name: animation.name.clone().unwrap_or_default(),
-                seconds: (end - start).max(0.0),
-                moving_joints,
-                turned_joints,
-            }
-        })
-        .collect()
-}
-
-/// Index of the animation that moves the most joints; where none moves any, that turns the most.
-fn moving(animations: &[AnimationInfo]) -> Result<usize, GlbError> {
-    let mut best: Option<(usize, (usize, usize))> = None;
-    for (idx, animation) in animations.iter().enumerate() {
-        let moves = (animation.moving_joints, animation.turned_joints);
-        if moves > (0, 0) && best.is_none_or(|(_, most)| moves > most) {
-            best = Some((idx, moves));
-        }
-    }
-    best.map(|(idx, _)| idx).ok_or_else(|| {
-        let expected = match animations.len() {
-            0 => "at least one; this file holds a model at rest".to_owned(),
-            count => format!("one that turns the joints of a person; none of the {count} does"),
-        };
-        GlbError::new("animations", expected)
-    })
-}
-
-/// Index of the animation that the caller means.
-fn chosen(animations: &[AnimationInfo], choice: &AnimationChoice) -> Result<usize, MotionError> {
-    let only = |is_it: &dyn Fn(&str) -> bool| {
-        let mut found = (0..animations.len()).filter(|idx| is_it(&animations[*idx].name));
-        found.next().filter(|_| found.next().is_none())
-    };
-    let (found, asked) = match choice {
-        AnimationChoice::Index(idx) => (
-            Some(*idx).filter(|idx| *idx < animations.len()),
-            format!("{idx}, counted from 0"),
-        ),
-        AnimationChoice::Name(name) => (
-            only(&|known| known == name)
-                .or_else(|| only(&|known| known.eq_ignore_ascii_case(name))),
-            format!("`{name}` (or more than one)"),
-        ),
-    };
-    found.ok_or_else(|| MotionError::UnknownAnimation {
-        asked,
-        available: animations
-            .iter()
-            .enumerate()
-            .map(|(idx, animation)| format!("{idx}: `{}`", animation.name))
-            .collect(),
-    })
-}
-
-/// The rate of keyframes that stand at equal steps longer than a tick, some left out or not: what lies
-/// between them is for [`crate::Clip`] to say. None for splines, which say it themselves, and for
-/// keyframes at any times.
-fn key_rate_hz<'a>(tracks: impl Iterator<Item = &'a Track>) -> Option<f64> {
-    const SLOWEST_HZ: f64 = 1.0;
-    let mut times: Vec<f64> = Vec::new();
-    for track in tracks {
-        if track.is_spline() {
-            return None;
-        }
-        times.extend(track.times());
-    }
-    times.sort_by(f64::total_cmp);
-    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
-    let shortest = steps.filter(|step| *step > 1e-3).fold(f64::MAX, f64::min);
-    let (first, last) = (*times.first()?, *times.last()?);
-    let count = ((last - first) / shortest).round();
-    if count < 1.0 {
-        return None;
-    }
-    // Single precision blurs a step; the whole time, divided, does not.
-    let step = (last - first) / count;
-    let is_grid = times.iter().all(|time| {
-        let place = (time - first) / step;
-        (place - place.round()).abs() < 0.05
-    });
-    let rate_hz = 1.0 / step;
-    (is_grid && (SLOWEST_HZ..0.98 * MODEL_RATE_HZ).contains(&rate_hz)).then_some(rate_hz)
 }
 
 fn at_rest(nodes: Vec<Node>) -> Vec<AnimatedJoint> {
@@ -304,102 +194,6 @@ fn at_rest(nodes: Vec<Node>) -> Vec<AnimatedJoint> {
         joint.rest_position = position;
     }
     joints
-}
-
-/// Below these, nodes and inverse bind matrices say the same: radians, and parts of a bone.
-const SAME_TURN: f64 = 0.01;
-const SAME_PLACE: f64 = 0.01;
-
-/// World rotations and positions of the joints as a skin was bound, in the size and with the axes that
-/// the nodes have; none where no skin says otherwise than the nodes.
-fn bound(
-    joints: &[AnimatedJoint],
-    by_nodes: &[(DQuat, DVec3)],
-    binds: &[Option<DAffine3>],
-) -> Option<Vec<(DQuat, DVec3)>> {
-    let binds: Vec<Option<(DQuat, DVec3)>> = binds
-        .iter()
-        .map(|bind| {
-            bind.map(|bind| {
-                let (_, rotation, position) = bind.to_scale_rotation_translation();
-                (rotation.normalize(), position)
-            })
-        })
-        .collect();
-    let first = binds.iter().position(Option::is_some)?;
-    let bones = || {
-        joints.iter().enumerate().filter_map(|(idx, joint)| {
-            let parent = joint.parent?;
-            let bone = binds[idx]?.1 - binds[parent]?.1;
-            Some((bone.length(), by_nodes[idx].1.distance(by_nodes[parent].1)))
-        })
-    };
-    let bind_length: f64 = bones().map(|(bind, _)| bind).sum();
-    let node_length: f64 = bones().map(|(_, node)| node).sum();
-    let scale = node_length / bind_length;
-    if !(scale.is_finite() && scale > 0.0) {
-        return None;
-    }
-    let to_world = axes_between(by_nodes, &binds);
-    let origin = by_nodes[first].1 - scale * (to_world * binds[first]?.1);
-    let mut differs = false;
-    let mean_bone = node_length / bones().count().max(1) as f64;
-    let mut rest: Vec<(DQuat, DVec3)> = Vec::with_capacity(joints.len());
-    for (idx, joint) in joints.iter().enumerate() {
-        let node = by_nodes[idx];
-        rest.push(match (binds[idx], joint.parent) {
-            (Some((rotation, position)), _) => {
-                let bind = (
-                    (to_world * rotation).normalize(),
-                    origin + scale * (to_world * position),
-                );
-                let turn = 2.0 * bind.0.dot(node.0).abs().min(1.0).acos();
-                differs |= turn > SAME_TURN || bind.1.distance(node.1) > SAME_PLACE * mean_bone;
-                bind
-            }
-            (None, Some(parent)) => {
-                let turn = rest[parent].0 * by_nodes[parent].0.inverse();
-                let from_parent = node.1 - by_nodes[parent].1;
-                (
-                    (turn * node.0).normalize(),
-                    rest[parent].1 + turn * from_parent,
-                )
-            }
-            (None, None) => node,
-        });
-    }
-    differs.then_some(rest)
-}
-
-/// The turn by multiples of 90 degrees that takes the axes of the skin's vertices to the world's: the
-/// one that most joints agree on.
-fn axes_between(by_nodes: &[(DQuat, DVec3)], binds: &[Option<(DQuat, DVec3)>]) -> DQuat {
-    let quarter = std::f64::consts::FRAC_PI_2;
-    let tops = [
-        DQuat::IDENTITY,
-        DQuat::from_rotation_x(quarter),
-        DQuat::from_rotation_x(-quarter),
-        DQuat::from_rotation_x(2.0 * quarter),
-        DQuat::from_rotation_z(quarter),
-        DQuat::from_rotation_z(-quarter),
-    ];
-    let agreement = |turn: DQuat| -> f64 {
-        let joints = by_nodes.iter().zip(binds);
-        joints
-            .filter_map(|(node, bind)| Some((turn * (*bind)?.0).dot(node.0).powi(2)))
-            .sum()
-    };
-    let mut best = (f64::MIN, DQuat::IDENTITY);
-    for top in tops {
-        for about in 0..4 {
-            let turn = DQuat::from_rotation_y(f64::from(about) * quarter) * top;
-            let agreed = agreement(turn);
-            if agreed > best.0 + 1e-6 {
-                best = (agreed, turn);
-            }
-        }
-    }
-    best.1
 }
 
 impl AnimatedJoint {

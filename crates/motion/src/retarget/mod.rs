@@ -10,6 +10,7 @@ mod evidence;
 mod floor;
 mod mapping;
 mod names;
+mod reading;
 mod sides;
 mod source;
 mod up;

@@ -16,6 +16,8 @@ const STRAIGHT_TRUNK_TURN: f64 = 32.0;
 /// The same for neck and head: people look down for long.
 const HEAD_TURN: f64 = 20.0;
 const STRAIGHT_HEAD_TURN: f64 = 60.0;
+/// The same where the file does not tell where the head ends.
+const ENDLESS_HEAD_TURN: f64 = 45.0;
 /// Most degrees between the axis of a trunk that is drawn straight and the line from hips to
 /// shoulders, the bones of its spine (spines curve), and, seen from the side, its legs.
 const STRAIGHT_LINE: f64 = 13.0;
@@ -102,14 +104,13 @@ impl Builder<'_> {
                     .zip(self.source.rest_of(joint))
                     .map(|(end, start)| end - start),
             };
-            let is_straight = self.is_upright
-                && drawn
-                    .filter(|bone| bone.length() > self.shortest())
-                    .is_some_and(|bone| degrees(bone, up) < STRAIGHT_NECK);
-            let limit = if is_straight {
-                STRAIGHT_HEAD_TURN
-            } else {
-                HEAD_TURN
+            let drawn = drawn.filter(|bone| bone.length() > self.shortest());
+            let limit = match drawn {
+                Some(bone) if self.is_upright && degrees(bone, up) < STRAIGHT_NECK => {
+                    STRAIGHT_HEAD_TURN
+                }
+                None if self.is_upright => ENDLESS_HEAD_TURN,
+                _ => HEAD_TURN,
             };
             if turn_degrees(measured, alignment.of(joint)) < limit {
                 continue;
@@ -142,6 +143,18 @@ impl Builder<'_> {
             .chain(spine)
             .chain(self.source.rest_of(Joint::Neck))
             .collect();
+        // Straight up, or as the body's own spine curves.
+        let own = [
+            Joint::Pelvis,
+            Joint::Spine1,
+            Joint::Spine2,
+            Joint::Spine3,
+            Joint::Neck,
+        ];
+        let own = own
+            .windows(2)
+            .map(|ends| zero * self.target_bone(ends[0], ends[1]));
+        let curves: Vec<DVec3> = std::iter::once(up).chain(own).collect();
         let legs = hips - ankles;
         legs.angle_between(legs - legs.dot(ahead) * ahead)
             .to_degrees()
@@ -154,7 +167,11 @@ impl Builder<'_> {
                 .windows(2)
                 .map(|ends| ends[1] - ends[0])
                 .filter(|bone| bone.length() > self.shortest())
-                .all(|bone| degrees(bone, up) < STRAIGHT_SPINE)
+                .all(|bone| {
+                    curves
+                        .iter()
+                        .any(|curve| degrees(bone, *curve) < STRAIGHT_SPINE)
+                })
     }
 
     /// Shorter bones have no direction, in the file's unit.
