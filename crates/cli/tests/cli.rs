@@ -193,7 +193,29 @@ fn what_is_missing_is_named() {
     let simulate = |more: &[&str]| refusal(&[&["simulate", "--out", here], more].concat());
     assert!(simulate(&["--body", body]).contains("--mocap FOLDER"));
     let empty = simulate(&["--body", body, "--mocap", here]);
-    assert!(empty.contains("holds no .bvh files"), "{empty}");
+    assert!(empty.contains("holds no motion files"), "{empty}");
+    let mocap = |more: &[&str]| simulate(&[&["--body", body, "--mocap", here], more].concat());
+    fs::write(folder.path().join("walk.bvh"), "HIERARCHY\nROOT").unwrap();
+    let no_pair = mocap(&["--joint", "left_hip"]);
+    assert!(no_pair.contains("left_hip=LThigh"), "{no_pair}");
+    let no_joint = mocap(&["--joint", "left_wing=LThigh"]);
+    assert!(
+        no_joint.contains("left_wing") && no_joint.contains("left_hip"),
+        "{no_joint}"
+    );
+    let no_axis = mocap(&["--up", "-q"]);
+    assert!(no_axis.contains("y, z or -y"), "{no_axis}");
+    let unused = mocap(&["--animation", "walk"]);
+    assert!(
+        unused.contains("--animation is for glb, vrma files"),
+        "{unused}"
+    );
+    let read = mocap(&["--joint", "left_hip=LThigh", "--rate", "30"]);
+    assert!(
+        read.contains("walk") && read.contains("BVH ends at line 2"),
+        "{read}"
+    );
+    fs::remove_file(folder.path().join("walk.bvh")).unwrap();
     let nothing = simulate(&["--body", body, "--procedural", "--filter", "cartwheel"]);
     assert!(nothing.contains("--filter cartwheel"), "{nothing}");
     let nobody = simulate(&["--body", "nobody.glb", "--procedural"]);

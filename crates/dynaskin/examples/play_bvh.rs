@@ -28,8 +28,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Gives the number of meshes written.
 pub fn run(model: &Path, motion: &Path, out: &Path) -> Result<usize, Box<dyn Error>> {
     let mut avatar = Avatar::new(load_model(model)?, &[0.0; 10])?;
-    let (clip, _joints_found) =
-        MotionFile::parse(&std::fs::read(motion)?)?.clip(avatar.joints_rest_m())?;
+    let read = MotionFile::parse(&std::fs::read(motion)?)?.clip(avatar.joints_rest_m())?;
+    // What the file did not say, and what was made of it.
+    for note in &read.notes {
+        eprintln!("{}: {note}", motion.display());
+    }
+    let clip = read.clip;
     let faces = avatar.model().body().faces.clone();
     std::fs::create_dir_all(out)?;
     let frames = (clip.duration_seconds() * RATE_HZ) as usize + 1;

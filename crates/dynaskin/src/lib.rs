@@ -17,10 +17,11 @@ pub use glam;
 /// Clips of motion: read from files, made by formula, or moved by hand.
 pub mod motion {
     #[cfg(feature = "npz")]
-    pub use dynaskin_motion::{Amass, UpAxis};
+    pub use dynaskin_motion::Amass;
     pub use dynaskin_motion::{
-        Bvh, Clip, GltfMotion, Grip, JointReport, LengthUnit, MotionError, MotionFile, Procedural,
-        ProceduralKind, Puppet, SourceMotion, retarget,
+        AnimationChoice, AnimationInfo, Bvh, Clip, FileClip, GltfMotion, Grip, JointReport,
+        LengthUnit, MotionError, MotionFile, Procedural, ProceduralKind, Puppet, ReadOptions,
+        SourceMotion, UpAxis, retarget,
     };
 }
 

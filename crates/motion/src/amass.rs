@@ -8,18 +8,30 @@
 use std::io::{Read, Seek};
 
 use dynaskin_body::{JOINT_COUNT, Pose};
-use dynaskin_npz::{Archive, NpzError};
+use dynaskin_npz::{Archive, Array, NpzError};
 use glam::{DQuat, DVec3, Vec3};
 
 use crate::clip::check_range;
 use crate::retarget::put_on_floor;
-use crate::{Clip, MAX_CLIP_FRAMES, MotionError};
+use crate::{Clip, MAX_CLIP_FRAMES, MotionError, ReadOptions, UpAxis};
 
 /// SMPL's pose: all 24 joints.
 const SMPL_WIDTH: usize = 72;
-/// Pose widths of SMPL, SMPL-H and SMPL-X. Beyond the first 22 joints the latter two have fingers,
-/// jaw and eyes, which the body has not.
-const POSE_WIDTHS: [usize; 3] = [SMPL_WIDTH, 156, 165];
+/// Widths of poses with a root: 22 joints and more, up to SMPL-X. Beyond the first 22, SMPL-H and
+/// SMPL-X have fingers, jaw and eyes, which the body has not.
+const POSE_WIDTHS: std::ops::RangeInclusive<usize> = 66..=165;
+/// Spellings of keys.
+const POSE_KEYS: [&str; 2] = ["poses", "pose"];
+const ROOT_KEYS: [&str; 2] = ["root_orient", "global_orient"];
+const BODY_KEYS: [&str; 2] = ["pose_body", "body_pose"];
+const TRANS_KEYS: [&str; 3] = ["trans", "transl", "translation"];
+const RATE_KEYS: [&str; 5] = [
+    "mocap_frame_rate",
+    "mocap_framerate",
+    "fps",
+    "frame_rate",
+    "framerate",
+];
 /// Joints whose rotation all of the family share.
 const SHARED_JOINTS: usize = 22;
 /// Larger than any motion accepted: 200,000 frames of SMPL-X in double precision.
@@ -27,31 +39,13 @@ const MAX_ARRAY_BYTES: u64 = 300 << 20;
 /// Farthest root from the origin in metres.
 const MAX_DISTANCE_M: f64 = 1e4;
 
-/// The axis of a file's world that points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UpAxis {
-    /// +Y, as in this project.
-    Y,
-    /// +Z, as in AMASS.
-    Z,
-}
-
-impl UpAxis {
-    /// Turns this world into one with +Y up; what pointed along -Y then points along +Z.
-    pub fn y_up_from_world(self) -> DQuat {
-        match self {
-            Self::Y => DQuat::IDENTITY,
-            Self::Z => DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2),
-        }
-    }
-}
-
 /// A motion of an SMPL-family body as it stands in a file.
 #[derive(Clone, Debug)]
 pub struct Amass {
     /// Frames per second.
     pub rate_hz: f64,
-    /// Which axis points up: the file's `up_axis` (1 is y, 2 is z), +Z where it has none.
+    /// Which axis points up: the caller's, the file's `up_axis` (1 is y, 2 is z), else that along
+    /// which the body stands, else +Z, as AMASS has it.
     pub up: UpAxis,
     /// Shape coefficients of the file, of SMPL's shape space; empty where it has none. They mean
     /// nothing to a body of another shape space.
@@ -64,6 +58,7 @@ pub struct Amass {
     own: bool,
     /// Poses in the file's world.
     frames: Vec<Pose>,
+    notes: Vec<String>,
 }
 
 impl Amass {
@@ -75,17 +70,18 @@ impl Amass {
     /// outside 1 to 1000 Hz, [`MotionError::EmptyClip`], [`MotionError::TooLong`],
     /// [`MotionError::TooFar`].
     pub fn read(reader: impl Read + Seek) -> Result<Self, MotionError> {
+        Self::read_with(reader, &ReadOptions::default())
+    }
+
+    /// Reads a file of which the caller knows more.
+    ///
+    /// # Errors
+    /// As [`Self::read`]; [`MotionError::OptionNotForFile`].
+    pub fn read_with(reader: impl Read + Seek, options: &ReadOptions) -> Result<Self, MotionError> {
+        options.check_unused("SMPL poses", &["joints", "animation"])?;
         let mut file = Archive::open(reader, MAX_ARRAY_BYTES)?;
-        let poses = file.floats("poses", &[None, None])?;
-        let [count, width] = [poses.shape[0], poses.shape[1]];
-        if !POSE_WIDTHS.contains(&width) {
-            return Err(NpzError::array(
-                "poses",
-                "72 (SMPL), 156 (SMPL-H) or 165 (SMPL-X) numbers a frame",
-                width.to_string(),
-            )
-            .into());
-        }
+        let poses = Poses::read(&mut file)?;
+        let count = poses.count();
         if count == 0 {
             return Err(MotionError::EmptyClip);
         }
@@ -95,52 +91,64 @@ impl Amass {
                 limit: MAX_CLIP_FRAMES,
             });
         }
-        let trans = file.floats("trans", &[Some(count), Some(3)])?;
-        let rate_key = if file.has("mocap_frame_rate") {
-            "mocap_frame_rate"
-        } else {
-            "mocap_framerate"
+        let trans_key = key_of(&file, &TRANS_KEYS).unwrap_or(TRANS_KEYS[0]);
+        let trans = file.floats(trans_key, &[Some(count), Some(3)])?;
+        let rate_hz = match (options.rate_hz, key_of(&file, &RATE_KEYS)) {
+            (Some(rate_hz), _) => rate_hz,
+            (None, Some(key)) => file.scalar(key)?,
+            (None, None) => {
+                let expected = "the frames per second, here or as `fps`, `mocap_frame_rate` or \
+                                `frame_rate`, or the option `rate`";
+                return Err(NpzError::array("mocap_framerate", expected, "none").into());
+            }
         };
-        let rate_hz = file.scalar(rate_key)?;
         check_range("mocap_framerate", rate_hz, 1.0, 1000.0)?;
-        let up = match file.has("up_axis").then(|| file.scalar("up_axis")) {
-            None => UpAxis::Z,
+        let said = match file.has("up_axis").then(|| file.scalar("up_axis")) {
+            None => None,
             Some(axis) => match axis? {
-                1.0 => UpAxis::Y,
-                2.0 => UpAxis::Z,
+                1.0 => Some(UpAxis::Y),
+                2.0 => Some(UpAxis::Z),
                 other => {
                     let expected = "1 (y) or 2 (z)";
                     return Err(NpzError::array("up_axis", expected, other.to_string()).into());
                 }
             },
         };
-        let betas = if file.has("betas") {
-            file.floats("betas", &[None])?.into_c_order()
-        } else {
-            Vec::new()
-        };
+        let betas = betas(&mut file)?;
         let dmpl_count = if file.has("dmpls") {
             file.floats("dmpls", &[Some(count), None])?.shape[1]
         } else {
             0
         };
-        let joints = if width == SMPL_WIDTH {
-            JOINT_COUNT
-        } else {
-            SHARED_JOINTS
-        };
         let frames: Vec<Pose> = (0..count)
             .map(|frame| {
                 let mut pose = Pose::REST;
                 pose.root_translation_m = vector(|axis| trans.at(&[frame, axis]));
-                for joint in 0..joints {
-                    let turn = vector(|axis| poses.at(&[frame, 3 * joint + axis]));
+                for joint in 0..poses.joint_count() {
+                    let turn = poses.turn(frame, joint);
                     pose.parent_from_joint[joint] = DQuat::from_scaled_axis(turn).normalize();
                 }
                 pose
             })
             .collect();
         check_distance(&frames)?;
+        let mut notes = Vec::new();
+        let up = options.up.or(said).unwrap_or_else(|| {
+            let (up, is_clear) = up_by_body(&frames);
+            if !is_clear {
+                notes.push(
+                    "the file does not say which axis points up, and the body hardly stands: +z was \
+                     taken, as in AMASS; the option `up` says another"
+                        .to_owned(),
+                );
+            } else if up != UpAxis::Z {
+                notes.push(format!(
+                    "the file does not say which axis points up: the body stands along {}",
+                    up.name()
+                ));
+            }
+            up
+        });
         Ok(Self {
             rate_hz,
             up,
@@ -148,7 +156,13 @@ impl Amass {
             dmpl_count,
             own: file.has("offsets_rest_m"),
             frames,
+            notes,
         })
+    }
+
+    /// What the file did not say, and what was made of it.
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     /// Number of frames.
@@ -177,6 +191,180 @@ impl Amass {
             rate_hz: self.rate_hz,
             frames,
         }
+    }
+}
+
+/// Rotation vectors of all frames: in one array, or root and body in two.
+struct Poses {
+    /// Each array, the first of its joints and how many are taken.
+    parts: Vec<(Array<f64>, usize, usize)>,
+}
+
+impl Poses {
+    fn read(file: &mut Archive<impl Read + Seek>) -> Result<Self, MotionError> {
+        let keys = file.keys();
+        if let Some(pickle) = keys.is_empty().then_some(PICKLE) {
+            return Err(pickle);
+        }
+        let root = key_of(file, &ROOT_KEYS);
+        let one = key_of(file, &POSE_KEYS);
+        let body = key_of(file, &BODY_KEYS);
+        match (one, root, body) {
+            (_, Some(root_key), Some(body_key)) if one.is_none() => {
+                let root = vectors(file, root_key)?;
+                let body = vectors(file, body_key)?;
+                let [root_width, body_width] = [&root, &body].map(width);
+                if root_width != 3 {
+                    let expected = "3 numbers a frame, a rotation vector";
+                    return Err(bad(root_key, expected, root_width));
+                }
+                if !(63..=POSE_WIDTHS.end() - 3).contains(&body_width) || body_width % 3 != 0 {
+                    let expected = "63 (SMPL-H, SMPL-X) or 69 (SMPL) numbers a frame";
+                    return Err(bad(body_key, expected, body_width));
+                }
+                if body.shape[0] != root.shape[0] {
+                    let expected = format!("as many frames as `{root_key}`, {}", root.shape[0]);
+                    let got = body.shape[0].to_string();
+                    return Err(NpzError::array(body_key, expected, got).into());
+                }
+                let joints = taken(body_width + 3) - 1;
+                Ok(Self {
+                    parts: vec![(root, 0, 1), (body, 1, joints)],
+                })
+            }
+            (one, ..) => {
+                let key = one.unwrap_or(POSE_KEYS[0]);
+                if one.is_none() && !keys.is_empty() {
+                    let expected = "rotation vectors, or `root_orient` and `pose_body`";
+                    let got = format!("none among {}", keys.join(", "));
+                    return Err(NpzError::array(key, expected, got).into());
+                }
+                let poses = vectors(file, key)?;
+                let width = width(&poses);
+                // 69 numbers are a body without its root, or a root and 22 joints of something else.
+                if !POSE_WIDTHS.contains(&width) || !width.is_multiple_of(3) || width == 69 {
+                    let expected = "66 to 165 numbers a frame: 72 (SMPL), 156 (SMPL-H), 165 (SMPL-X), \
+                                    66 (without hands); a body of 63 or 69 without its root is \
+                                    `pose_body`, and the root `root_orient`";
+                    return Err(bad(key, expected, width));
+                }
+                Ok(Self {
+                    parts: vec![(poses, 0, taken(width))],
+                })
+            }
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.parts.first().map_or(0, |(array, ..)| array.shape[0])
+    }
+
+    fn joint_count(&self) -> usize {
+        self.parts.iter().map(|(_, _, joints)| joints).sum()
+    }
+
+    fn turn(&self, frame: usize, joint: usize) -> DVec3 {
+        let part = self.parts.iter().rfind(|(_, first, _)| *first <= joint);
+        part.map_or(DVec3::ZERO, |(array, first, _)| {
+            let joint = joint - first;
+            vector(|axis| match array.shape.len() {
+                3 => array.at(&[frame, joint, axis]),
+                _ => array.at(&[frame, 3 * joint + axis]),
+            })
+        })
+    }
+}
+
+/// How many joints of a pose of that width the body has.
+fn taken(width: usize) -> usize {
+    if width == SMPL_WIDTH {
+        JOINT_COUNT
+    } else {
+        SHARED_JOINTS
+    }
+}
+
+fn bad(key: &str, expected: &str, width: usize) -> MotionError {
+    NpzError::array(key, expected, width.to_string()).into()
+}
+
+/// An array of [frames, numbers] or [frames, joints, 3].
+fn vectors(
+    file: &mut Archive<impl Read + Seek>,
+    key: &'static str,
+) -> Result<Array<f64>, MotionError> {
+    match file.floats(key, &[None, None]) {
+        Ok(array) => Ok(array),
+        Err(flat) => match file.floats(key, &[None, None, Some(3)]) {
+            Ok(array) => Ok(array),
+            // A third length that is not 3: matrices or quaternions.
+            Err(_) => Err(flat.into()),
+        },
+    }
+}
+
+fn width(array: &Array<f64>) -> usize {
+    array.shape[1..].iter().product()
+}
+
+/// The first of the spellings that the file has.
+fn key_of(file: &Archive<impl Read + Seek>, spellings: &[&'static str]) -> Option<&'static str> {
+    spellings.iter().copied().find(|key| file.has(key))
+}
+
+const PICKLE: MotionError = MotionError::OtherKind {
+    kind: "an archive without NumPy arrays, such as PyTorch saves (.pt, a Python pickle)",
+    what_to_do: "load it in Python and save its arrays with `numpy.savez`",
+};
+
+/// Shape coefficients: of the whole file, or the first frame's where every frame has its own.
+fn betas(file: &mut Archive<impl Read + Seek>) -> Result<Vec<f64>, MotionError> {
+    if !file.has("betas") {
+        return Ok(Vec::new());
+    }
+    match file.floats("betas", &[None]) {
+        Ok(betas) => Ok(betas.into_c_order()),
+        Err(flat) => match file.floats("betas", &[None, None]) {
+            Ok(betas) => {
+                let width = betas.shape[1];
+                let mut betas = betas.into_c_order();
+                betas.truncate(width);
+                Ok(betas)
+            }
+            Err(_) => Err(flat.into()),
+        },
+    }
+}
+
+/// The axis along which the trunk stands on average, and whether that is clear; +Z where it is not.
+fn up_by_body(frames: &[Pose]) -> (UpAxis, bool) {
+    let median = |number: &dyn Fn(&Pose) -> f64| {
+        let mut numbers: Vec<f64> = frames.iter().map(number).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers.get(numbers.len() / 2).copied().unwrap_or_default()
+    };
+    let sum: DVec3 = frames
+        .iter()
+        .map(|pose| pose.parent_from_joint[0] * DVec3::Y)
+        .sum();
+    let mean = sum / frames.len().max(1) as f64;
+    let [height_y_m, height_z_m] = [
+        median(&|pose| pose.root_translation_m.y),
+        median(&|pose| pose.root_translation_m.z),
+    ];
+    // Somebody who lies on a floor at z = 0 has the trunk along y and the pelvis a hand above it.
+    let may_lie = (0.02..0.45).contains(&height_z_m) && !(0.6..1.4).contains(&height_y_m);
+    let clearly = |along: f64, aside: f64| along > 0.5 && along > 2.0 * aside.abs();
+    if clearly(mean.z, mean.y) {
+        (UpAxis::Z, true)
+    } else if may_lie {
+        (UpAxis::Z, false)
+    } else if clearly(mean.y, mean.z) {
+        (UpAxis::Y, true)
+    } else if clearly(-mean.y, mean.z) {
+        (UpAxis::MinusY, true)
+    } else {
+        (UpAxis::Z, false)
     }
 }
 

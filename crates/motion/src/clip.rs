@@ -3,11 +3,14 @@
 use dynaskin_body::{Joint, Pose};
 use glam::{DQuat, DVec3};
 
-use crate::MotionError;
+use crate::{MotionError, interpolate};
 
 /// Largest number of frames of a clip: nearly an hour at 60 Hz, about 160 MB of poses, which a
 /// phone's browser still gives.
 pub const MAX_CLIP_FRAMES: usize = 200_000;
+
+/// How far, in frames, the last sample may lie beyond the end of a clip, whose last pose it is then.
+const LAST_FRAME_SLACK: f64 = 0.01;
 
 /// Poses at equal time steps.
 #[derive(Clone, Debug)]
@@ -26,19 +29,30 @@ impl Clip {
         (self.frames.len().saturating_sub(1)) as f64 / self.rate_hz
     }
 
-    /// The pose at `time_seconds` after the first frame, interpolated; clamped to the clip's ends.
+    /// The pose at `time_seconds` after the first frame; clamped to the clip's ends. Between
+    /// frames the motion is smooth: a curve whose speed and acceleration go on from step to step.
     /// A clip without frames, which none of this crate's functions makes, rests.
     pub fn pose_at(&self, time_seconds: f64) -> Pose {
         let Some(last) = self.frames.len().checked_sub(1) else {
             return Pose::REST;
         };
         let position = (time_seconds * self.rate_hz).clamp(0.0, last as f64);
-        let before = (position.floor() as usize).min(last);
-        let after = (before + 1).min(last);
-        self.frames[before].interpolated(&self.frames[after], position - before as f64)
+        if position.is_nan() {
+            return self.frames[0].clone();
+        }
+        interpolate::pose_at(&self.frames, 1.0 / self.rate_hz, position)
     }
 
-    /// The same motion at `rate_hz`: translations interpolated linearly, rotations by slerp.
+    /// The frames after which the body jumps to the next: a calibration pose before the take, a
+    /// joint between two takes. Nothing is interpolated there: the pose before is held until the
+    /// next frame, and then changes at once.
+    pub fn jumps(&self) -> Vec<usize> {
+        (0..self.frames.len())
+            .filter(|frame| interpolate::is_jump(&self.frames, 1.0 / self.rate_hz, *frame))
+            .collect()
+    }
+
+    /// The same motion at `rate_hz`, between frames as by [`Self::pose_at`].
     ///
     /// # Errors
     /// [`MotionError::Parameter`] for a rate outside 1 to 1000 Hz, [`MotionError::EmptyClip`],
@@ -63,9 +77,9 @@ impl Clip {
             return Err(MotionError::EmptyClip);
         }
         check_range("rate_hz of the clip", self.rate_hz, 1e-3, 1e5)?;
-        // The last sample must not lie beyond the clip's end; rounding must not lose a frame that
-        // falls exactly on it.
-        let steps = (self.duration_seconds() / speed * rate_hz + 1e-6).floor();
+        // The last sample must not lie beyond the clip's end; but rates such as 30.0003 Hz, which files
+        // mean as 30, must not lose the frame that falls on it.
+        let steps = (self.duration_seconds() / speed * rate_hz + LAST_FRAME_SLACK).floor();
         if steps >= MAX_CLIP_FRAMES as f64 {
             return Err(MotionError::TooLong {
                 frames: steps + 1.0,

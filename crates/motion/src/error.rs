@@ -78,8 +78,10 @@ pub enum MotionError {
     /// The joint names do not show a human skeleton.
     #[error(
         "no source joint found for {}; recognised {recognised} of the file's {total} joints. Rename \
-         them as in CMU, Mixamo or SMPL skeletons (Hips, LeftUpLeg, LeftLeg, LeftArm, LeftForeArm, ...)",
-        list(.missing)
+         them as in CMU, Mixamo or SMPL skeletons (Hips, LeftUpLeg, LeftLeg, LeftArm, LeftForeArm, ...) \
+         or say which joint is which (`joints`: left_hip is `...`). The file's joints: {}",
+        list(.missing),
+        shortened(.names)
     )]
     MissingJoints {
         /// Joints without which there is no retargeting.
@@ -88,6 +90,49 @@ pub enum MotionError {
         recognised: usize,
         /// Number of joints in the file.
         total: usize,
+        /// Names of the joints in the file.
+        names: Vec<String>,
+    },
+    /// The caller named a joint that cannot be used.
+    #[error(
+        "the joint `{name}`, named for {}, {problem}; the file's joints: {}",
+        .joint.name(),
+        shortened(.available)
+    )]
+    NamedJoint {
+        /// The body's joint.
+        joint: Joint,
+        /// The name that was given.
+        name: String,
+        /// What is wrong with it.
+        problem: &'static str,
+        /// Names of the joints in the file.
+        available: Vec<String>,
+    },
+    /// The body has no joint of that name.
+    #[error(
+        "the body has no joint `{name}`; it has {}",
+        list(&Joint::ALL)
+    )]
+    UnknownBodyJoint {
+        /// The name that was given.
+        name: String,
+    },
+    /// The file has no such animation.
+    #[error("the file has no animation {asked}; it has {}", shortened(.available))]
+    UnknownAnimation {
+        /// What was asked for.
+        asked: String,
+        /// Place and name of each animation of the file.
+        available: Vec<String>,
+    },
+    /// An option was given that means nothing for this kind of file.
+    #[error("the option `{option}` means nothing for {kind}; leave it out for this file")]
+    OptionNotForFile {
+        /// The option.
+        option: &'static str,
+        /// The kind of file.
+        kind: &'static str,
     },
     /// The rest pose of a skeleton has no usable geometry.
     #[error("{skeleton} skeleton: {problem}")]
@@ -112,12 +157,20 @@ pub enum MotionError {
     },
     /// An AMASS-like `.npz` file cannot be used.
     #[error(
-        "motion .npz: {reason}; expected are `poses` [frames, 72, 156 or 165], `trans` [frames, 3] \
-         and `mocap_framerate`, as AMASS has them"
+        "motion .npz: {reason}; expected are `poses` [frames, 66 to 165] (or `root_orient` and \
+         `pose_body`), `trans` [frames, 3] and `mocap_framerate`, as AMASS has them"
     )]
     Amass {
         /// The array, what it should be and what it is.
         reason: String,
+    },
+    /// The bytes are of a known kind that is not read.
+    #[error("this is {kind}, which is not read; {what_to_do}")]
+    OtherKind {
+        /// The kind.
+        kind: &'static str,
+        /// How to make a file that is read.
+        what_to_do: &'static str,
     },
     /// The bytes are no motion file of a known kind.
     #[error(
@@ -185,4 +238,15 @@ impl From<dynaskin_npz::NpzError> for MotionError {
 fn list(joints: &[Joint]) -> String {
     let names: Vec<&str> = joints.iter().map(|joint| joint.name()).collect();
     names.join(", ")
+}
+
+/// As many names as a message bears.
+pub(crate) fn shortened(names: &[String]) -> String {
+    const MOST: usize = 80;
+    let shown = names[..names.len().min(MOST)].join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 if names.is_empty() => "none".to_owned(),
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
 }

@@ -3,7 +3,7 @@
 use dynaskin_body::JOINT_COUNT;
 use glam::Vec3;
 
-use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, retarget};
+use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, ReadOptions, retarget};
 
 /// A motion file.
 #[derive(Clone, Debug)]
@@ -22,23 +22,30 @@ impl MotionFile {
     /// Reads a file, whatever its name.
     ///
     /// # Errors
-    /// What [`Bvh::parse`], [`GltfMotion::parse`] and `Amass::read` refuse;
-    /// [`MotionError::UnknownFile`] for bytes of no known kind.
+    /// As [`Self::parse_with`].
     pub fn parse(bytes: &[u8]) -> Result<Self, MotionError> {
+        Self::parse_with(bytes, &ReadOptions::default())
+    }
+
+    /// Reads a file of which the caller knows more, whatever its name.
+    ///
+    /// # Errors
+    /// What [`Bvh::parse_with`], [`GltfMotion::parse_with`] and `Amass::read_with` refuse;
+    /// [`MotionError::OtherKind`] for files of kinds that are known and not read,
+    /// [`MotionError::UnknownFile`] for all others.
+    pub fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
         if bytes.starts_with(b"glTF") {
-            return GltfMotion::parse(bytes).map(Self::Gltf);
+            return GltfMotion::parse_with(bytes, options).map(Self::Gltf);
         }
         #[cfg(feature = "amass")]
         if bytes.starts_with(b"PK") {
-            return crate::Amass::read(std::io::Cursor::new(bytes)).map(Self::Amass);
+            let reader = std::io::Cursor::new(bytes);
+            return crate::Amass::read_with(reader, options).map(Self::Amass);
         }
-        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let text = text.trim_ascii_start();
-        const FIRST_WORD: &[u8] = b"HIERARCHY";
-        if !text
-            .get(..FIRST_WORD.len())
-            .is_some_and(|word| word.eq_ignore_ascii_case(FIRST_WORD))
-        {
+        if let Some((kind, what_to_do)) = other_kind(bytes) {
+            return Err(MotionError::OtherKind { kind, what_to_do });
+        }
+        if !Bvh::begins(bytes) {
             let found = bytes.iter().take(16).copied();
             return Err(MotionError::UnknownFile {
                 found: format!(
@@ -50,29 +57,106 @@ impl MotionFile {
                 ),
             });
         }
-        Bvh::parse(bytes).map(Self::Bvh)
+        Bvh::parse_with(bytes, options).map(Self::Bvh)
     }
 
-    /// The motion for a body with these rest joint positions (metres), at the file's rate (60 Hz for
-    /// glTF), named as in the file. SMPL poses turn the body's joints as they are: there is nothing
-    /// to report of them.
+    /// What the file did not say or lacks, and what was made of it; empty where there is nothing to
+    /// say. Each is a sentence without its first capital and its full stop. [`Self::clip`] finds more.
+    pub fn notes(&self) -> Vec<String> {
+        match self {
+            Self::Bvh(motion) => motion.break_off().iter().map(ToString::to_string).collect(),
+            Self::Gltf(motion) => motion.notes(),
+            #[cfg(feature = "amass")]
+            Self::Amass(motion) => motion.notes(),
+        }
+    }
+
+    /// The motion for a body with these rest joint positions (metres), at the file's rate (for
+    /// glTF that of its keyframes, at most 60 Hz), named as in the file.
     ///
     /// # Errors
     /// As [`retarget`].
-    pub fn clip(
-        &self,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-    ) -> Result<(Clip, Option<JointReport>), MotionError> {
-        let with_report = |(clip, report)| (clip, Some(report));
-        match self {
-            Self::Bvh(motion) => retarget(motion, joints_rest_m).map(with_report),
+    pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<FileClip, MotionError> {
+        let mut notes = self.notes();
+        let (clip, report) = match self {
+            Self::Bvh(motion) => {
+                retarget(motion, joints_rest_m).map(|(clip, report)| (clip, Some(report)))?
+            }
             Self::Gltf(motion) => {
                 let (mut clip, report) = retarget(motion, joints_rest_m)?;
                 clip.name.clone_from(&motion.animation_name);
-                Ok((clip, Some(report)))
+                (clip, Some(report))
             }
             #[cfg(feature = "amass")]
-            Self::Amass(motion) => Ok((motion.clip(joints_rest_m), None)),
+            Self::Amass(motion) => (motion.clip(joints_rest_m), None),
+        };
+        notes.extend(jumps_note(&clip));
+        if let Some(report) = &report {
+            notes.extend(report.notes.iter().cloned());
         }
+        let report = report.map(|report| JointReport {
+            notes: notes.clone(),
+            ..report
+        });
+        Ok(FileClip {
+            clip,
+            report,
+            notes,
+        })
+    }
+}
+
+/// The motion of a file for a body.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FileClip {
+    /// The motion, at the file's rate.
+    pub clip: Clip,
+    /// What became of the file's joints. None for SMPL poses, which turn the body's joints as they are.
+    pub report: Option<JointReport>,
+    /// What the file did not say or lacks, what was found other than usual, and what was made of it: a
+    /// sentence each. The report has the same.
+    pub notes: Vec<String>,
+}
+
+/// What is to be said of the places where the body jumps.
+fn jumps_note(clip: &Clip) -> Option<String> {
+    const MOST: usize = 8;
+    let jumps = clip.jumps();
+    let places: Vec<String> = jumps
+        .iter()
+        .take(MOST)
+        .map(|frame| (frame + 1).to_string())
+        .collect();
+    let more = jumps.len().saturating_sub(MOST);
+    match (&places[..], more) {
+        ([], _) => None,
+        (places, 0) => Some(format!(
+            "the body jumps after frame {}: taken as a cut",
+            places.join(", ")
+        )),
+        (places, more) => Some(format!(
+            "the body jumps after frame {} and {more} more: taken as cuts",
+            places.join(", ")
+        )),
+    }
+}
+
+/// A kind of file that holds motions and is not read, and what to do.
+fn other_kind(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    match bytes {
+        [0x80, 2..=5, ..] => Some((
+            "a Python pickle (.pkl)",
+            "load it in Python and save its arrays with `numpy.savez`",
+        )),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => Some((
+            "a single NumPy array (.npy)",
+            "save `poses`, `trans` and `mocap_framerate` together with `numpy.savez`",
+        )),
+        _ if bytes.starts_with(b"Kaydara FBX") => Some((
+            "an FBX file",
+            "convert it to GLB, with Blender for instance",
+        )),
+        _ => None,
     }
 }

@@ -8,18 +8,21 @@ mod clip;
 mod error;
 mod file;
 mod glb;
+mod interpolate;
+mod options;
 mod procedural;
 mod puppet;
 mod retarget;
 
 #[cfg(feature = "amass")]
-pub use amass::{Amass, UpAxis};
+pub use amass::Amass;
 pub use bvh::{Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
 pub use clip::{Clip, MAX_CLIP_FRAMES};
 pub use dynaskin_skeleton::MODEL_RATE_HZ;
 pub use error::MotionError;
-pub use file::MotionFile;
-pub use glb::GltfMotion;
+pub use file::{FileClip, MotionFile};
+pub use glb::{AnimationInfo, GltfMotion};
+pub use options::{AnimationChoice, ReadOptions, UpAxis};
 pub use procedural::{Procedural, ProceduralKind};
 pub use puppet::{Grip, Puppet};
 pub use retarget::{JointReport, LengthUnit, SourceMotion, retarget};

@@ -5,7 +5,9 @@ mod common;
 use common::glb::{GlbFile, Storage};
 use common::{MIXAMO, female_joints_m, source_bvh};
 use dynaskin_body::Joint;
-use dynaskin_motion::{Bvh, Clip, GltfMotion, JointReport, MotionFile, SourceMotion, retarget};
+use dynaskin_motion::{
+    Bvh, Clip, FileClip, GltfMotion, JointReport, MotionFile, SourceMotion, retarget,
+};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -26,7 +28,7 @@ fn bvh() -> Bvh {
 
 fn play(file: &GlbFile) -> (Clip, JointReport) {
     let motion = MotionFile::parse(&file.bytes()).unwrap_or_else(|error| panic!("{error}"));
-    let (clip, report) = motion.clip(&female_joints_m()).expect("a person");
+    let FileClip { clip, report, .. } = motion.clip(&female_joints_m()).expect("a person");
     (clip, report.expect("of named joints"))
 }
 

@@ -32,6 +32,8 @@ pub struct Job {
     pub materials: Materials,
     /// Frames at 60 Hz.
     pub frames: usize,
+    /// What was found other than usual in the motion's file, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Job {
@@ -121,7 +123,7 @@ impl Run<'_> {
         let mut jobs = Vec::new();
         let shaped = self.body.shaped(&[0.0; SHAPE_COUNT]);
         for motion in motions {
-            let clip = motion.clip(&shaped.joints_m)?;
+            let (clip, notes) = motion.clip_and_notes(&shaped.joints_m)?;
             let frames = clip
                 .frames
                 .len()
@@ -144,6 +146,7 @@ impl Run<'_> {
                         shape,
                         materials: Materials::NOMINAL,
                         frames,
+                        notes: notes.clone(),
                     };
                     job.materials = self.materials(&job.name());
                     jobs.push(job);

@@ -9,6 +9,7 @@ mod figure;
 use std::path::PathBuf;
 
 use dynaskin_body::Region;
+use dynaskin_motion::ReadOptions;
 use dynaskin_sim::{
     Activity, Calibration, MEASURED, Motion, Quantity, Run, SimSettings, Survey, execute,
     procedurals,
@@ -56,6 +57,7 @@ fn an_unreadable_capture_is_named() {
         name: "gone".to_owned(),
         path: PathBuf::from("no-such-folder/gone.bvh"),
         speed: 1.0,
+        options: ReadOptions::default(),
     };
     let captures = [(Activity::Walking, motion)];
     let body = figure::figure();

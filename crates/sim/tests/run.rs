@@ -11,6 +11,7 @@ use std::fs;
 use std::path::Path;
 
 use dynaskin_body::{BodyModel, Region};
+use dynaskin_motion::{ReadOptions, UpAxis};
 use dynaskin_sim::{
     ClipData, Job, Motion, Outcome, Run, RunError, Shell, SimSettings, captures, execute,
     procedurals,
@@ -160,14 +161,30 @@ fn a_hop_moves_the_tissue_by_centimetres_and_standing_still_by_nothing() {
 fn missing_captures_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("nowhere");
-    let error = captures(&missing).unwrap_err();
+    let error = captures(&missing, &ReadOptions::default()).unwrap_err();
     assert!(matches!(error, RunError::Io { .. }) && error.to_string().contains("nowhere"));
-    let error = captures(folder.path()).unwrap_err();
+    let error = captures(folder.path(), &ReadOptions::default()).unwrap_err();
     assert!(matches!(error, RunError::NoCaptures { .. }), "{error}");
 
     fs::write(folder.path().join("bad.bvh"), "HIERARCHY\nROOT").unwrap();
+    let mut options = ReadOptions::default();
+    options.name_joint("left_hip", "LThigh").unwrap();
+    options.rate_hz = Some(30.0);
+    let Motion::Capture { options: own, .. } = &captures(folder.path(), &options).unwrap()[0]
+    else {
+        panic!("a capture");
+    };
+    assert_eq!(*own, options);
+    options.up = Some(UpAxis::Y);
+    let error = captures(folder.path(), &options).unwrap_err();
+    assert!(
+        error.to_string().contains("--up is for npz files"),
+        "{error}"
+    );
     let body = figure::figure();
     let run = run(&body, folder.path());
-    let error = run.plan(&captures(folder.path()).unwrap()).unwrap_err();
+    let error = run
+        .plan(&captures(folder.path(), &ReadOptions::default()).unwrap())
+        .unwrap_err();
     assert!(error.to_string().contains("bad"), "{error}");
 }

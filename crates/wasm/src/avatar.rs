@@ -5,12 +5,13 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use dynaskin_body::Region;
+use dynaskin_motion::AnimationChoice;
 use dynaskin_runtime::{Avatar, Controls, Detail, Model, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
 use crate::controls;
 use crate::error::{Thrown, no_region};
-use crate::motion::CoreMotion;
+use crate::motion::{self, CoreMotion, read_options};
 use crate::pose;
 use crate::puppet::CorePuppet;
 
@@ -295,28 +296,60 @@ impl CoreAvatar {
         Ok(shown.map_err(Thrown::from)?)
     }
 
-    /// Reads a BVH file for this body.
+    /// Reads a BVH file for this body. `joints` are pairs of the body's joint and the file's name of it.
     ///
     /// # Errors
-    /// Throws `motion`.
+    /// Throws `motion`, and `argument` for a joint that the body has not.
     #[wasm_bindgen(js_name = motionFromBvh)]
-    pub fn motion_from_bvh(&self, bytes: &[u8]) -> Result<CoreMotion, JsValue> {
+    pub fn motion_from_bvh(
+        &self,
+        bytes: &[u8],
+        joints: Vec<String>,
+        rate_hz: Option<f64>,
+    ) -> Result<CoreMotion, JsValue> {
+        let options = read_options(&joints, None, rate_hz, None)?;
         Ok(CoreMotion::from_bvh(
             bytes,
+            &options,
             self.avatar.borrow().joints_rest_m(),
         )?)
     }
 
-    /// Reads a BVH, binary glTF or AMASS-like file for this body.
+    /// Reads a BVH, binary glTF or AMASS-like file for this body. `joints` are pairs of the body's joint
+    /// and the file's name of it, `animation` is a name or a place counted from 0, `up` an axis (`y`,
+    /// `z`, `-y`).
+    ///
+    /// # Errors
+    /// Throws `motion`, and `argument` for a joint that the body has not or an axis that there is not.
+    #[wasm_bindgen(js_name = motionFromFile)]
+    pub fn motion_from_file(
+        &self,
+        bytes: &[u8],
+        joints: Vec<String>,
+        animation: JsValue,
+        rate_hz: Option<f64>,
+        up: Option<String>,
+    ) -> Result<CoreMotion, JsValue> {
+        let animation = match (animation.as_string(), animation.as_f64()) {
+            (Some(name), _) => Some(AnimationChoice::Name(name)),
+            (None, Some(index)) => Some(AnimationChoice::Index(index as usize)),
+            (None, None) => None,
+        };
+        let options = read_options(&joints, animation, rate_hz, up.as_deref())?;
+        Ok(CoreMotion::from_file(
+            bytes,
+            &options,
+            self.avatar.borrow().joints_rest_m(),
+        )?)
+    }
+
+    /// The animations of a binary glTF file: objects with `name`, `seconds` and `movingJoints`.
     ///
     /// # Errors
     /// Throws `motion`.
-    #[wasm_bindgen(js_name = motionFromFile)]
-    pub fn motion_from_file(&self, bytes: &[u8]) -> Result<CoreMotion, JsValue> {
-        Ok(CoreMotion::from_file(
-            bytes,
-            self.avatar.borrow().joints_rest_m(),
-        )?)
+    #[wasm_bindgen(js_name = animationsOf)]
+    pub fn animations_of(&self, bytes: &[u8]) -> Result<JsValue, JsValue> {
+        motion::animations(bytes)
     }
 
     /// A motion of poses of 99 numbers, one after the other, at `rate_hz`.

@@ -2,7 +2,8 @@
 
 use dynaskin_body::JOINT_COUNT;
 use dynaskin_motion::{
-    Bvh, Clip, JointReport, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKind,
+    AnimationChoice, Bvh, Clip, FileClip, GltfMotion, JointReport, MODEL_RATE_HZ, MotionError,
+    MotionFile, Procedural, ProceduralKind, ReadOptions, UpAxis,
 };
 use dynaskin_runtime::RuntimeError;
 use glam::Vec3;
@@ -17,29 +18,82 @@ use crate::pose;
 pub struct CoreMotion {
     clip: Clip,
     report: Option<JointReport>,
+    notes: Vec<String>,
+}
+
+/// Options of a file. `joints` are pairs of the body's joint and the file's name of it.
+pub(crate) fn read_options(
+    joints: &[String],
+    animation: Option<AnimationChoice>,
+    rate_hz: Option<f64>,
+    up: Option<&str>,
+) -> Result<ReadOptions, Thrown> {
+    let mut options = ReadOptions::default();
+    for pair in joints.chunks(2) {
+        let [joint, name] = pair else {
+            let message = "Joints are named in pairs: the body's joint and the file's.";
+            return Err(Thrown::argument(message.to_owned()));
+        };
+        options
+            .name_joint(joint, name)
+            .map_err(|error| match error {
+                MotionError::UnknownBodyJoint { .. } => Thrown::argument(error.to_string()),
+                other => other.into(),
+            })?;
+    }
+    options.animation = animation;
+    options.rate_hz = rate_hz;
+    options.up = match up {
+        None => None,
+        Some(name) => Some(UpAxis::from_name(name).ok_or_else(|| {
+            Thrown::argument(format!("There is no up axis `{name}`; give y, z or -y."))
+        })?),
+    };
+    Ok(options)
+}
+
+/// The animations of a binary glTF file, as JavaScript has them.
+pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
+    let animations = GltfMotion::animations(bytes).map_err(Thrown::from)?;
+    let animations = animations.iter().map(|animation| {
+        json!({
+            "name": animation.name,
+            "seconds": animation.seconds,
+            "movingJoints": animation.moving_joints,
+        })
+    });
+    js_sys::JSON::parse(&Value::from_iter(animations).to_string())
 }
 
 impl CoreMotion {
     pub(crate) fn from_bvh(
         bytes: &[u8],
+        options: &ReadOptions,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
-        let bvh = Bvh::parse(bytes)?;
+        let bvh = Bvh::parse_with(bytes, options)?;
         Self::played(&MotionFile::Bvh(bvh), joints_rest_m)
     }
 
     pub(crate) fn from_file(
         bytes: &[u8],
+        options: &ReadOptions,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
-        Self::played(&MotionFile::parse(bytes)?, joints_rest_m)
+        Self::played(&MotionFile::parse_with(bytes, options)?, joints_rest_m)
     }
 
     fn played(file: &MotionFile, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Self, Thrown> {
-        let (clip, report) = file.clip(joints_rest_m)?;
+        let FileClip {
+            clip,
+            report,
+            notes,
+            ..
+        } = file.clip(joints_rest_m)?;
         Ok(Self {
             clip: clip.resampled(MODEL_RATE_HZ)?,
             report,
+            notes,
         })
     }
 
@@ -71,6 +125,7 @@ impl CoreMotion {
         Ok(Self {
             clip: clip.resampled(MODEL_RATE_HZ)?,
             report: None,
+            notes: Vec::new(),
         })
     }
 
@@ -92,6 +147,7 @@ impl CoreMotion {
         Ok(Self {
             clip: motion.clip(joints_rest_m)?,
             report: None,
+            notes: Vec::new(),
         })
     }
 }
@@ -108,6 +164,13 @@ impl CoreMotion {
     #[wasm_bindgen(getter, js_name = durationSeconds)]
     pub fn duration_seconds(&self) -> f64 {
         self.clip.duration_seconds()
+    }
+
+    /// For a file, what it did not say or lacks, what was found other than usual, and what was made of
+    /// it: a sentence each.
+    #[wasm_bindgen(getter)]
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     /// Names of the motions that can be made.
@@ -132,7 +195,7 @@ impl CoreMotion {
     }
 
     /// For a file of named joints, what became of them: an object with `mapped`, `missing`, `unmapped`,
-    /// `unit` and `frameSeconds`; for other clips null.
+    /// `unit`, `frameSeconds` and `notes`; for other clips null.
     ///
     /// # Errors
     /// None in practice: the report is valid JSON.
@@ -156,5 +219,6 @@ fn report_json(report: &JointReport) -> Value {
         "unmapped": report.unmapped,
         "unit": report.unit.name(),
         "frameSeconds": report.frame_seconds,
+        "notes": report.notes,
     })
 }

@@ -15,6 +15,7 @@ export function showFileReport(fileName: string, motion: Motion): void {
           `${motion.durationSeconds.toFixed(1)} s of SMPL poses, played on this body's own shape. ` +
           "SMPL's joints are the body's: there are no names to match.",
       }),
+      ...notesList(motion),
     );
     return;
   }
@@ -29,8 +30,18 @@ export function showFileReport(fileName: string, motion: Motion): void {
         `${mapped.length} of 24 joints found` +
         (missing.length > 0 ? `; no counterpart for ${missing.join(", ")}.` : "."),
     }),
+    ...notesList(motion),
     jointTable(mapped, unmapped, missing.length > 0),
   );
+}
+
+/** What was found other than usual in a file, each as a sentence. */
+function notesList(motion: Motion): HTMLElement[] {
+  if (motion.notes.length === 0) return [];
+  const items = motion.notes.map((note) =>
+    create("li", { textContent: `${note.charAt(0).toUpperCase()}${note.slice(1)}.` }),
+  );
+  return [create("ul", {}, items)];
 }
 
 /** Says why a file was refused, and which joints it has, if any; what played goes on. */

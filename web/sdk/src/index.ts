@@ -27,9 +27,12 @@ export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export { type LoadOptions, load, type ModelFiles } from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";
 export {
+  type AnimationInfo,
+  type BvhOptions,
   type JointReport,
   type MappedJoint,
   Motion,
+  type MotionFileOptions,
   type MotionOptions,
   PROCEDURAL_MOTIONS,
   type ProceduralName,

@@ -1,7 +1,7 @@
 import { Avatar } from "./avatar.js";
-import { checkNumber, checkObject } from "./check.js";
+import { checkNumber, checkObject, kindOf } from "./check.js";
 import { DynaSkinError, guard } from "./error.js";
-import { checkLength, type JointName, POSE_LENGTH, type Pose } from "./pose.js";
+import { checkLength, JOINT_NAMES, type JointName, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreMotion } from "./wasm/core.js";
 
 /** The motions the SDK can make by itself. */
@@ -29,6 +29,38 @@ export interface MotionOptions {
   durationSeconds?: number;
 }
 
+/** What you know of a BVH file and it does not say, or says otherwise. */
+export interface BvhOptions {
+  /**
+   * The file's names of some of the body's joints, such as `{ left_hip: "Bone_17" }`; they go before
+   * what names would be taken for.
+   */
+  joints?: Partial<Record<JointName, string>>;
+  /** Frames per second, in place of the file's frame time. */
+  rateHz?: number;
+}
+
+/**
+ * What you know of a motion file and it does not say, or says otherwise. An option that the kind of
+ * file has no use for is an error.
+ */
+export interface MotionFileOptions extends BvhOptions {
+  /** For glTF: the animation's name, or its place counted from 0. Left out, the one that moves most plays. */
+  animation?: string | number;
+  /** For SMPL poses: the axis that points up. Left out, it is the file's, or found by the body. */
+  up?: "y" | "z" | "-y";
+}
+
+/** An animation of a binary glTF file. */
+export interface AnimationInfo {
+  /** Its name; empty where it has none. */
+  name: string;
+  /** Time from its first keyframe to its last, in seconds. */
+  seconds: number;
+  /** How many joints it turns by half a degree and more; 0 for a pose held. */
+  movingJoints: number;
+}
+
 /** A joint of the body that a motion file turns. */
 export interface MappedJoint {
   /** The body's joint. */
@@ -49,6 +81,12 @@ export interface JointReport {
   unit: string;
   /** The file's time step in seconds. */
   frameSeconds: number;
+  /**
+   * What was found other than usual and how it was taken, and what could not be made out, a sentence
+   * each: exchanged sides, a zero pose that does not stand, feet that never stand. The same as
+   * {@link Motion.notes}.
+   */
+  notes: string[];
 }
 
 /**
@@ -62,6 +100,11 @@ export class Motion {
   readonly durationSeconds: number;
   /** For a file of named joints: what became of them. SMPL poses (npz) need no matching of names. */
   readonly jointReport: JointReport | null;
+  /**
+   * For a file: what it did not say or lacks, what was found other than usual, and how it was taken, a
+   * sentence each without its first capital and full stop; empty where all is as usual.
+   */
+  readonly notes: readonly string[];
   #raw: CoreMotion | null;
 
   private constructor(raw: CoreMotion, jointReport: JointReport | null) {
@@ -69,17 +112,21 @@ export class Motion {
     this.name = raw.name;
     this.durationSeconds = raw.durationSeconds;
     this.jointReport = jointReport;
+    this.notes = raw.notes;
   }
 
   /**
    * Reads a BVH file and carries its motion over to the avatar's skeleton.
    *
-   * @throws DynaSkinError `argument` for what are no bytes or no avatar, `motion` for a file that is no BVH, is truncated or shows no person
+   * @throws DynaSkinError `argument` for what are no bytes, no avatar or no options, `motion` for a file
+   *   that is no BVH, has no whole frame or shows no person, and for names that it does not have
    */
-  static fromBvh(file: ArrayBuffer | Uint8Array, avatar: Avatar): Motion {
+  static fromBvh(file: ArrayBuffer | Uint8Array, avatar: Avatar, options: BvhOptions = {}): Motion {
     checkAvatar(avatar);
     const bytes = bytesOf("fromBvh", file);
-    return Motion.#read(() => avatar.raw.motionFromBvh(bytes));
+    const joints = jointPairs(options);
+    checkUnknown(options, ["joints", "rateHz"]);
+    return Motion.#read(() => avatar.raw.motionFromBvh(bytes, joints, options.rateHz));
   }
 
   /**
@@ -87,17 +134,47 @@ export class Motion {
    * to the avatar's skeleton:
    *
    * - BVH;
-   * - an animation in binary glTF (`.glb`, `.vrm`, `.vrma`), of which the one that turns the most
-   *   joints plays; joints are matched by VRM's humanoid where the file has one, else by name;
+   * - an animation in binary glTF (`.glb`, `.vrm`, `.vrma`), of which the one that moves the most
+   *   joints plays unless you choose another ({@link Motion.animations}); joints are matched by VRM's
+   *   humanoid where the file has one, else by name;
    * - SMPL, SMPL-H or SMPL-X poses as AMASS stores them (`.npz`).
    *
-   * @throws DynaSkinError `argument` for what are no bytes or no avatar, `motion` for any other file, a
-   *   broken one or one that shows no person
+   * @throws DynaSkinError `argument` for what are no bytes, no avatar or no options, `motion` for any
+   *   other file, a broken one or one that shows no person, for names that it does not have, and for
+   *   options that its kind has no use for
    */
-  static fromFile(file: ArrayBuffer | Uint8Array, avatar: Avatar): Motion {
+  static fromFile(
+    file: ArrayBuffer | Uint8Array,
+    avatar: Avatar,
+    options: MotionFileOptions = {},
+  ): Motion {
     checkAvatar(avatar);
     const bytes = bytesOf("fromFile", file);
-    return Motion.#read(() => avatar.raw.motionFromFile(bytes));
+    const joints = jointPairs(options);
+    checkUnknown(options, ["joints", "rateHz", "animation", "up"]);
+    const { animation, rateHz, up } = options;
+    const isPlace = typeof animation === "number" && Number.isInteger(animation) && animation >= 0;
+    if (!isPlace && typeof animation !== "string" && animation !== undefined) {
+      const message = "animation must be a name, or a whole number counted from 0.";
+      throw new DynaSkinError("argument", message);
+    }
+    if (up !== undefined && typeof up !== "string") {
+      throw new DynaSkinError("argument", `up must be "y", "z" or "-y", got ${kindOf(up)}.`);
+    }
+    return Motion.#read(() => avatar.raw.motionFromFile(bytes, joints, animation, rateHz, up));
+  }
+
+  /**
+   * Lists the animations of a binary glTF file (`.glb`, `.vrm`, `.vrma`), in its order, for
+   * {@link MotionFileOptions.animation}.
+   *
+   * @throws DynaSkinError `argument` for what are no bytes or no avatar, `motion` for a file of another
+   *   kind or a broken one
+   */
+  static animations(file: ArrayBuffer | Uint8Array, avatar: Avatar): AnimationInfo[] {
+    checkAvatar(avatar);
+    const bytes = bytesOf("animations", file);
+    return guard(() => avatar.raw.animationsOf(bytes) as AnimationInfo[]);
   }
 
   static #read(read: () => CoreMotion): Motion {
@@ -189,6 +266,33 @@ function bytesOf(what: string, file: ArrayBuffer | Uint8Array): Uint8Array {
     const message = "The file's ArrayBuffer was transferred away and is empty; keep a copy.";
     throw new DynaSkinError("argument", message, { cause });
   }
+}
+
+/** Pairs of the body's joint and the file's, one after the other; checks the options on the way. */
+function jointPairs(options: BvhOptions): string[] {
+  checkObject("options", options);
+  const { joints, rateHz } = options;
+  if (rateHz !== undefined) checkNumber("rateHz", rateHz);
+  if (joints === undefined) return [];
+  checkObject("joints", joints);
+  return Object.entries(joints).flatMap(([joint, name]) => {
+    if (name === undefined) return [];
+    if (!(JOINT_NAMES as readonly string[]).includes(joint)) {
+      const known = JOINT_NAMES.join(", ");
+      throw new DynaSkinError("argument", `The body has no joint ${joint}; it has ${known}.`);
+    }
+    if (typeof name === "string") return [joint, name];
+    const message = `The file's name of ${joint} must be a string, got ${kindOf(name)}.`;
+    throw new DynaSkinError("argument", message);
+  });
+}
+
+/** Refuses options that there are not: a misspelt one would be passed over in silence. */
+function checkUnknown(options: object, known: readonly string[]): void {
+  const unknown = Object.keys(options).find((key) => !known.includes(key));
+  if (unknown === undefined) return;
+  const message = `There is no option ${unknown} for this file; there are ${known.join(", ")}.`;
+  throw new DynaSkinError("argument", message);
 }
 
 function checkAvatar(avatar: unknown): void {

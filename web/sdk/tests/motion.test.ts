@@ -83,7 +83,7 @@ describe("BVH files", () => {
   const cases: [string, string][] = [
     ["nothing at all", ""],
     ["another text", "Dear reader, this is a letter and no motion."],
-    ["a truncated file", hopFile().slice(0, 9000)],
+    ["a file without a whole frame", hopFile().slice(0, hopFile().indexOf("Frame Time:") + 40)],
     ["a file cut in its skeleton", hopFile().slice(0, 700)],
     ["a number that is none", hopFile().replace("OFFSET 9 -4 0", "OFFSET 9 four 0")],
     ["names that show no person", hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box")],
@@ -134,6 +134,69 @@ describe("files of any kind", () => {
     const knee = 3 + 4 * 4;
     const bent = (from: Motion) => from.poseAt(1)[knee] ?? Number.NaN;
     expect(Math.abs(bent(motion) - bent(expected))).toBeLessThan(0.1);
+  });
+
+  it("take joints by the caller's names", async () => {
+    const odd = hopFile().replaceAll("LeftUpLeg", "Bone_17");
+    await expectError("motion", () => Motion.fromFile(bytes(odd), avatar));
+    const joints = { left_hip: "Bone_17" } as const;
+    const motion = Motion.fromFile(bytes(odd), avatar, { joints });
+    expect(motion.jointReport?.mapped).toContainEqual({ joint: "left_hip", source: "Bone_17" });
+    expect(fromBvh(motion)).toBe(0);
+    expect(fromBvh(Motion.fromBvh(bytes(odd), avatar, { joints }))).toBe(0);
+    const error = await expectError("motion", () =>
+      Motion.fromFile(bytes(odd), avatar, { joints: { left_hip: "Bone_18" } }),
+    );
+    expect(error.message).toContain("Bone_17");
+  });
+
+  it("take a rate and an up axis", () => {
+    const seconds = Motion.fromFile(bytes(hopFile()), avatar).durationSeconds;
+    const slower = Motion.fromFile(bytes(hopFile()), avatar, { rateHz: 30 });
+    expect(slower.durationSeconds).toBeCloseTo(2 * seconds, 1);
+    const lying = Motion.fromFile(hopNpz(), avatar, { up: "y" });
+    const standing = Motion.fromFile(hopNpz(), avatar, { up: "z" });
+    expect(lying.poseAt(0)).not.toEqual(standing.poseAt(0));
+  });
+
+  it("list and choose animations", async () => {
+    const glb = await hopGlb();
+    expect(Motion.animations(glb, avatar)).toEqual([
+      { name: "hop", seconds: expect.any(Number), movingJoints: expect.any(Number) },
+    ]);
+    for (const animation of ["hop", 0]) {
+      expect(Motion.fromFile(glb, avatar, { animation }).name).toBe("hop");
+    }
+    for (const animation of ["skip", 1]) {
+      const choose = () => Motion.fromFile(glb, avatar, { animation });
+      expect((await expectError("motion", choose)).message).toContain("`hop`");
+    }
+    await expectError("motion", () => Motion.animations(bytes(hopFile()), avatar));
+  });
+
+  it("say what was found other than usual", () => {
+    expect(Motion.procedural("hop", avatar).notes).toEqual([]);
+    const half = hopFile().slice(0, Math.round(hopFile().length * 0.6));
+    const motion = Motion.fromFile(bytes(half), avatar);
+    expect(motion.notes).toContainEqual(expect.stringContaining("breaks off"));
+    expect(motion.jointReport?.notes).toEqual(motion.notes);
+  });
+
+  const wrongOptions: [string, "argument" | "motion", unknown][] = [
+    ["no object", "argument", 30],
+    ["a misspelt option", "argument", { rate: 30 }],
+    ["a rate that is no number", "argument", { rateHz: "30" }],
+    ["a rate of nothing", "motion", { rateHz: 0 }],
+    ["a joint that the body has not", "argument", { joints: { left_wing: "LeftArm" } }],
+    ["a joint's name that is no text", "argument", { joints: { left_hip: 3 } }],
+    ["joints that are no object", "argument", { joints: "left_hip" }],
+    ["an animation between two", "argument", { animation: 0.5 }],
+    ["an axis that there is not", "argument", { up: "x" }],
+    ["an animation of a BVH file", "motion", { animation: "hop" }],
+    ["an up axis of a BVH file", "motion", { up: "y" }],
+  ];
+  it.each(wrongOptions)("refuse %s", async (_name, code, options) => {
+    await expectError(code, () => Motion.fromFile(bytes(hopFile()), avatar, options as object));
   });
 
   const noMotion: [string, () => Promise<Uint8Array>][] = [

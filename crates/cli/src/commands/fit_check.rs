@@ -12,6 +12,7 @@ use dynaskin_sim::{Run, captures};
 use glam::Vec3;
 
 use super::fit::{progress_bar, read_body};
+use super::motion_files::MotionFileArgs;
 use super::say;
 
 /// Arguments of `dynaskin fit-check`.
@@ -26,6 +27,8 @@ pub struct FitCheckArgs {
     /// Name of the capture in that folder.
     #[arg(long, requires = "mocap")]
     clip: Option<String>,
+    #[command(flatten)]
+    files: MotionFileArgs,
     /// Index of the true shape among the simulator's training and held-out shapes.
     #[arg(long, default_value_t = 1)]
     shape: usize,
@@ -105,11 +108,15 @@ fn motion(args: &FitCheckArgs, joints_rest_m: &[Vec3; JOINT_COUNT]) -> anyhow::R
     let mut clip = match (&args.mocap, &args.clip) {
         (None, _) => Procedural::new(ProceduralKind::Hop).clip(joints_rest_m)?,
         (Some(folder), Some(wanted)) => {
-            let motions = captures(folder)?;
+            let motions = captures(folder, &args.files.options()?)?;
             let Some(motion) = motions.iter().find(|motion| motion.name() == wanted) else {
                 bail!("{} holds no motion named {wanted}", folder.display());
             };
-            motion.clip(joints_rest_m)?
+            let (clip, notes) = motion.clip_and_notes(joints_rest_m)?;
+            for note in notes {
+                say(&format!("{wanted}: {note}"));
+            }
+            clip
         }
         (Some(_), None) => bail!("--mocap needs the name of a capture: --clip NAME"),
     };

@@ -4,6 +4,7 @@ pub mod body;
 pub mod evaluate;
 pub mod fit;
 pub mod fit_check;
+mod motion_files;
 pub mod simulate;
 pub mod train;
 pub use std::io::{ErrorKind, Write as _};

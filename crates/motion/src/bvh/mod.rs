@@ -7,8 +7,11 @@
 mod parse;
 mod text;
 
+use dynaskin_body::{JOINT_COUNT, Joint};
 use glam::{DQuat, DVec3};
 
+use crate::clip::check_range;
+use crate::options::{ReadOptions, find_named};
 use crate::{MotionError, SourceMotion};
 
 /// Largest number of joints read from a file.
@@ -54,16 +57,78 @@ pub struct Bvh {
     channel_count: usize,
     /// Frame after frame, `[frame][channel]`.
     values: Vec<f64>,
+    /// Where the file breaks off, if it does.
+    break_off: Option<BreakOff>,
+    /// The joints that the caller named.
+    named: [Option<usize>; JOINT_COUNT],
+}
+
+/// A file that ends before all its frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BreakOff {
+    /// Last line, counted from 1.
+    pub line: usize,
+    /// Whole frames, which were kept.
+    pub whole_frames: usize,
+    /// Frames that the file announced.
+    pub announced_frames: usize,
+}
+
+impl std::fmt::Display for BreakOff {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "the file breaks off at line {}: {} of {} frames are whole and were kept",
+            self.line, self.whole_frames, self.announced_frames
+        )
+    }
 }
 
 impl Bvh {
     /// Reads a file. Unknown rotation orders, position channels anywhere, any line ends and cases
     /// of keywords are taken; lengths stay in the file's unit.
     ///
+    /// A file that ends early keeps its whole frames ([`Self::break_off`]); UTF-16 is recognised by
+    /// its byte order mark; lines before `HIERARCHY` that begin with `#`, `//` or `;` are passed over.
+    /// A frame time that is a usual rate, rounded (0.0333), counts as that rate.
+    ///
     /// # Errors
     /// [`MotionError`] naming the line and what was expected there.
     pub fn parse(bytes: &[u8]) -> Result<Self, MotionError> {
-        parse::parse(bytes)
+        match text::utf8_from_utf16(bytes) {
+            Some(text) => parse::parse(text.as_bytes()),
+            None => parse::parse(bytes),
+        }
+    }
+
+    /// Reads a file of which the caller knows more.
+    ///
+    /// # Errors
+    /// As [`Self::parse`]; [`MotionError::NamedJoint`], [`MotionError::OptionNotForFile`],
+    /// [`MotionError::Parameter`] for a rate outside 0.1 to 10,000 Hz.
+    pub fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
+        options.check_unused("BVH", &["animation", "up axis"])?;
+        let mut bvh = Self::parse(bytes)?;
+        if let Some(rate_hz) = options.rate_hz {
+            check_range("the rate", rate_hz, 0.1, 1e4)?;
+            bvh.frame_seconds = 1.0 / rate_hz;
+        }
+        let names: Vec<&str> = bvh.joints.iter().map(|joint| joint.name.as_str()).collect();
+        bvh.named = find_named(&options.joints, &names)?;
+        Ok(bvh)
+    }
+
+    /// Whether a file begins as BVH does.
+    pub(crate) fn begins(bytes: &[u8]) -> bool {
+        match text::utf8_from_utf16(bytes) {
+            Some(text) => parse::begins(text.as_bytes()),
+            None => parse::begins(bytes),
+        }
+    }
+
+    /// Where the file breaks off; none for a whole file.
+    pub fn break_off(&self) -> Option<BreakOff> {
+        self.break_off
     }
 
     /// The channel values of a frame in the file's order. `frame` is below [`SourceMotion::frame_count`].
@@ -108,6 +173,10 @@ impl SourceMotion for Bvh {
 
     fn name(&self, joint: usize) -> &str {
         &self.joints[joint].name
+    }
+
+    fn named_by_caller(&self, joint: Joint) -> Option<usize> {
+        self.named[joint as usize]
     }
 
     fn parent(&self, joint: usize) -> Option<usize> {

@@ -1,9 +1,10 @@
 //! The grammar of a BVH file.
 
+use dynaskin_body::JOINT_COUNT;
 use glam::DVec3;
 
 use super::text::Text;
-use super::{Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
+use super::{BreakOff, Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
 use crate::{MAX_CLIP_FRAMES, MotionError};
 
 /// Shortest and longest accepted time step in seconds.
@@ -11,16 +12,26 @@ const FRAME_SECONDS: std::ops::RangeInclusive<f64> = 1e-4..=10.0;
 
 pub fn parse(bytes: &[u8]) -> Result<Bvh, MotionError> {
     let mut text = Text::new(bytes);
+    text.skip_comments();
     text.keyword("HIERARCHY")?;
     let (joints, channel_count) = hierarchy(&mut text)?;
-    let (frame_count, frame_seconds) = motion_header(&mut text, channel_count)?;
-    let values = frames(&mut text, frame_count, channel_count)?;
+    let (frame_count, frame_seconds) = motion_header(&mut text)?;
+    let (values, break_off) = frames(&mut text, frame_count, channel_count)?;
     Ok(Bvh {
         joints,
         frame_seconds,
         channel_count,
         values,
+        break_off,
+        named: [None; JOINT_COUNT],
     })
+}
+
+/// Whether the text begins with the word that BVH files begin with.
+pub fn begins(bytes: &[u8]) -> bool {
+    let mut text = Text::new(bytes);
+    text.skip_comments();
+    text.keyword("HIERARCHY").is_ok()
 }
 
 /// A block whose closing brace has not been read yet.
@@ -160,8 +171,8 @@ fn channel(text: &mut Text<'_>) -> Result<Channel, MotionError> {
     }
 }
 
-/// Reads `Frames:` and `Frame Time:` and holds them against the size of what follows.
-fn motion_header(text: &mut Text<'_>, channel_count: usize) -> Result<(usize, f64), MotionError> {
+/// Reads `Frames:` and `Frame Time:`.
+fn motion_header(text: &mut Text<'_>) -> Result<(usize, f64), MotionError> {
     text.header_keyword("Frames")?;
     let expected = "the number of frames, at least 1";
     let word = text.header_word(expected)?;
@@ -188,33 +199,84 @@ fn motion_header(text: &mut Text<'_>, channel_count: usize) -> Result<(usize, f6
             found: frame_seconds,
         });
     }
-    // Both factors are bounded, so this cannot overflow. A value takes a digit and a blank.
-    let value_count = frame_count * channel_count;
-    if value_count > text.remaining().div_ceil(2) {
-        return Err(text.truncated(&format!(
-            "{frame_count} frames of {channel_count} values, of which at most {} can follow",
-            text.remaining().div_ceil(2)
-        )));
-    }
+    let frame_seconds = usual_frame_seconds(word, frame_seconds);
     Ok((frame_count, frame_seconds))
 }
 
+/// Rates at which motions are captured and exported, in hertz.
+const USUAL_RATES_HZ: [f64; 22] = [
+    8.0, 10.0, 12.0, 12.5, 15.0, 20.0, 24.0, 25.0, 30.0, 40.0, 48.0, 50.0, 60.0, 72.0, 75.0, 90.0,
+    100.0, 120.0, 144.0, 180.0, 200.0, 240.0,
+];
+
+/// The time step of the usual rate that a file means by `word`: 0.0333, 0.033333 and 0.03333333 are
+/// all 30 Hz. Digits may be rounded or cut off. Other steps stay as they are.
+fn usual_frame_seconds(word: &[u8], seconds: f64) -> f64 {
+    let word = String::from_utf8_lossy(word).to_ascii_lowercase();
+    let (digits, exponent) = word.split_once('e').unwrap_or((&word, "0"));
+    let decimals = digits
+        .split_once('.')
+        .map_or(0, |(_, decimals)| decimals.len());
+    let exponent: f64 = exponent.parse().unwrap_or(0.0);
+    let last_digit = 10.0_f64.powf(exponent - decimals as f64);
+    // Rounded to the nearest, or cut off and thus too small by up to a whole last digit.
+    let (low, high) = (seconds - 0.51 * last_digit, seconds + 1.01 * last_digit);
+    USUAL_RATES_HZ
+        .iter()
+        .map(|rate_hz| 1.0 / rate_hz)
+        .filter(|usual| (low..=high).contains(usual))
+        // So few digits that the rate itself is in doubt say what they say.
+        .filter(|usual| (usual / seconds - 1.0).abs() < 0.02)
+        .min_by(|a, b| (a - seconds).abs().total_cmp(&(b - seconds).abs()))
+        .unwrap_or(seconds)
+}
+
 /// Reads the frames. A frame may take several lines but ends with one: so a missing or surplus
-/// value is found where it is, and does not shift all that follows.
+/// value is found where it is, and does not shift all that follows. Where the file ends early, its
+/// whole frames count; one that ends with the file and not with its line may have lost digits.
 fn frames(
     text: &mut Text<'_>,
     frame_count: usize,
     channel_count: usize,
-) -> Result<Vec<f64>, MotionError> {
-    let mut values = Vec::with_capacity(frame_count * channel_count);
+) -> Result<(Vec<f64>, Option<BreakOff>), MotionError> {
+    // A value takes a digit and a blank; both factors are bounded, so this cannot overflow.
+    let fits = text.remaining().div_ceil(2);
+    let mut values = Vec::with_capacity((frame_count * channel_count).min(fits));
     for frame in 1..=frame_count {
         for channel in 0..channel_count {
-            let word = text.value_word().ok_or_else(|| {
-                text.truncated(&format!(
-                    "{channel_count} values in each of {frame_count} frames; frame {frame} has {channel}"
-                ))
-            })?;
-            values.push(text.number(word, "a number")?);
+            match text.value_word() {
+                Some(word) => {
+                    // What the end of the file cut in two need not be a number.
+                    let is_inside = frame < frame_count || channel + 1 < channel_count;
+                    let goes_on = word.last().is_some_and(|last| b"+-.eE".contains(last));
+                    let is_cut = text.remaining() == 0 && (is_inside || goes_on);
+                    match text.number(word, "a number") {
+                        Ok(value) => values.push(value),
+                        Err(_) if is_cut => {
+                            return broken_off(
+                                text,
+                                values,
+                                frame,
+                                channel,
+                                [frame_count, channel_count],
+                            );
+                        }
+                        Err(error) => return Err(error),
+                    }
+                }
+                None => {
+                    return broken_off(text, values, frame, channel, [frame_count, channel_count]);
+                }
+            }
+        }
+        if frame < frame_count && text.remaining() == 0 {
+            return broken_off(
+                text,
+                values,
+                frame,
+                channel_count,
+                [frame_count, channel_count],
+            );
         }
         if !text.at_line_end() {
             return Err(MotionError::FrameLength {
@@ -225,10 +287,33 @@ fn frames(
         }
     }
     match text.value_word() {
-        None => Ok(values),
+        None => Ok((values, None)),
         Some(_) => Err(MotionError::ExtraFrames {
             line: text.line,
             frames: frame_count,
         }),
     }
+}
+
+/// The whole frames of a file that ends within `frame`, of which it has `channel` values.
+fn broken_off(
+    text: &Text<'_>,
+    mut values: Vec<f64>,
+    frame: usize,
+    channel: usize,
+    [frame_count, channel_count]: [usize; 2],
+) -> Result<(Vec<f64>, Option<BreakOff>), MotionError> {
+    let whole_frames = frame - 1;
+    if whole_frames == 0 {
+        return Err(text.truncated(&format!(
+            "{channel_count} values in each of {frame_count} frames; frame {frame} has {channel}"
+        )));
+    }
+    values.truncate(whole_frames * channel_count);
+    let break_off = BreakOff {
+        line: text.line,
+        whole_frames,
+        announced_frames: frame_count,
+    };
+    Ok((values, Some(break_off)))
 }

@@ -5,6 +5,23 @@ use crate::MotionError;
 /// Largest size of a number taken from a file: beyond it sums and products lose all meaning.
 const MAX_ABS: f64 = 1e9;
 
+/// The text of a file that begins with UTF-16's byte order mark; none for others.
+pub fn utf8_from_utf16(bytes: &[u8]) -> Option<String> {
+    let unit: fn([u8; 2]) -> u16 = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => return None,
+    };
+    let units = bytes[2..]
+        .chunks_exact(2)
+        .map(|pair| unit([pair[0], pair[1]]));
+    Some(
+        char::decode_utf16(units)
+            .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+            .collect(),
+    )
+}
+
 /// A cursor over the bytes of the file.
 pub struct Text<'a> {
     bytes: &'a [u8],
@@ -20,6 +37,26 @@ impl<'a> Text<'a> {
             bytes,
             at: 0,
             line: 1,
+        }
+    }
+
+    /// Passes over blank lines and lines that begin with `#`, `//` or `;`.
+    pub fn skip_comments(&mut self) {
+        loop {
+            self.skip_blank(b' ');
+            let rest = &self.bytes[self.at..];
+            if ![&b"#"[..], b"//", b";"]
+                .iter()
+                .any(|mark| rest.starts_with(mark))
+            {
+                return;
+            }
+            while self
+                .peek()
+                .is_some_and(|byte| byte != b'\n' && byte != b'\r')
+            {
+                self.step();
+            }
         }
     }
 

@@ -5,20 +5,28 @@
 //! extensions (`VRMC_vrm_animation`, `VRMC_vrm`, `VRM`), from the names of the joints of the file's
 //! skins, or from the names of all nodes.
 
+mod animations;
 mod humanoid;
 mod nodes;
+mod rest;
 mod track;
 
+use dynaskin_body::{JOINT_COUNT, Joint};
 use dynaskin_glb::{Document, GlbError};
 use glam::{DAffine3, DQuat, DVec3};
 use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
 
+use crate::options::{ReadOptions, find_named};
 use crate::{MAX_CLIP_FRAMES, MODEL_RATE_HZ, MotionError, SourceMotion};
+pub use animations::AnimationInfo;
+use animations::{animations, chosen, key_rate_hz, moving, what_was_chosen};
 use nodes::{Local, Node};
+use rest::bound;
 use track::Track;
 
-/// An animation of a binary glTF file, sampled at 60 Hz.
+/// An animation of a binary glTF file, sampled at the rate of its keyframes where they stand at equal
+/// steps longer than a tick, else at 60 Hz.
 #[derive(Clone, Debug)]
 pub struct GltfMotion {
     /// The animation's name; empty where it has none.
@@ -26,6 +34,10 @@ pub struct GltfMotion {
     joints: Vec<AnimatedJoint>,
     start_seconds: f64,
     frame_count: usize,
+    rate_hz: f64,
+    /// The joints that the caller named.
+    named: [Option<usize>; JOINT_COUNT],
+    notes: Vec<String>,
 }
 
 /// A node of the skeleton and what moves it.
@@ -34,27 +46,60 @@ struct AnimatedJoint {
     name: String,
     parent: Option<usize>,
     rest: Local,
+    /// Rotation and position at rest: of the skin, or of the nodes where there is none.
     rest_from_world: DQuat,
+    rest_position: DVec3,
     rotation: Option<Track>,
     translation: Option<Track>,
     scale: Option<Track>,
 }
 
 impl GltfMotion {
-    /// Reads the animation that turns the most joints; among equals the first.
+    /// The animations of a file, in its order.
     ///
     /// # Errors
-    /// [`MotionError::Glb`] for what is no binary glTF 2.0 file or holds no animation of a skeleton,
-    /// and for data outside the file, sparse or compressed; [`MotionError::TooLong`].
-    pub fn parse(bytes: &[u8]) -> Result<Self, MotionError> {
+    /// [`MotionError::Glb`] for what is no binary glTF 2.0 file.
+    pub fn animations(bytes: &[u8]) -> Result<Vec<AnimationInfo>, MotionError> {
         let file = Document::parse(bytes)?;
         let nodes = nodes::skeleton(&file)?;
-        // Where each node of the file stands among the skeleton's joints.
-        let mut joint_of = vec![None; file.root.nodes.len()];
-        for (joint, node) in nodes.iter().enumerate() {
-            joint_of[node.index] = Some(joint);
-        }
-        let animation = animation_of_most_joints(&file, &nodes, &joint_of)?;
+        Ok(animations(&file, &nodes, &joint_of(&file, &nodes)))
+    }
+
+    /// Reads the animation that moves the most joints; among equals the first.
+    ///
+    /// # Errors
+    /// As [`Self::parse_with`].
+    pub fn parse(bytes: &[u8]) -> Result<Self, MotionError> {
+        Self::parse_with(bytes, &ReadOptions::default())
+    }
+
+    /// Reads the animation that the caller chooses.
+    ///
+    /// # Errors
+    /// [`MotionError::UnknownAnimation`], [`MotionError::NamedJoint`],
+    /// [`MotionError::OptionNotForFile`]; [`MotionError::Glb`] for what is no binary glTF 2.0 file or
+    /// holds no animation of a skeleton, and for data outside the file, sparse or compressed;
+    /// [`MotionError::TooLong`].
+    pub fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
+        options.check_unused(
+            "glTF, whose keyframes have times and whose up is +Y",
+            &["rate", "up axis"],
+        )?;
+        let file = Document::parse(bytes)?;
+        let nodes = nodes::skeleton(&file)?;
+        let joint_of = joint_of(&file, &nodes);
+        let all = animations(&file, &nodes, &joint_of);
+        let mut notes = Vec::new();
+        let animation = match &options.animation {
+            Some(choice) => chosen(&all, choice)?,
+            None => {
+                let animation = moving(&all)?;
+                notes.extend(what_was_chosen(&all, animation));
+                animation
+            }
+        };
+        let names: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
+        let named = find_named(&options.joints, &names)?;
         let mut joints = at_rest(nodes);
         let place = format!("animation {animation}");
         let animation = &file.root.animations[animation];
@@ -89,7 +134,11 @@ impl GltfMotion {
         };
         let start_seconds = tracks().map(Track::start_seconds).fold(f64::MAX, f64::min);
         let end_seconds = tracks().map(Track::end_seconds).fold(f64::MIN, f64::max);
-        let frames = (end_seconds - start_seconds) * MODEL_RATE_HZ + 1.0;
+        if start_seconds > end_seconds {
+            return Err(GlbError::new(place, "one that turns the joints of a person").into());
+        }
+        let rate_hz = key_rate_hz(tracks()).unwrap_or(MODEL_RATE_HZ);
+        let frames = (end_seconds - start_seconds) * rate_hz + 1.0;
         if frames > MAX_CLIP_FRAMES as f64 {
             return Err(MotionError::TooLong {
                 frames,
@@ -99,62 +148,52 @@ impl GltfMotion {
         Ok(Self {
             animation_name: animation.name.clone().unwrap_or_default(),
             // A last frame that rounding puts a hair before its sample belongs to it.
-            frame_count: (frames + 1e-3).floor().max(1.0) as usize,
+            frame_count: (frames + 1e-2).floor().max(1.0) as usize,
+            rate_hz,
+            named,
             start_seconds,
             joints,
+            notes,
         })
+    }
+
+    /// What was chosen among several, and what else is to be said of the file.
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 }
 
-/// Index of the animation that turns the most joints.
-fn animation_of_most_joints(
-    file: &Document<'_>,
-    nodes: &[Node],
-    joint_of: &[Option<usize>],
-) -> Result<usize, GlbError> {
-    let mut best = None;
-    for (idx, animation) in file.root.animations.iter().enumerate() {
-        let turned = animation
-            .channels
-            .iter()
-            .filter(|channel| channel.target.path == Checked::Valid(Property::Rotation))
-            .filter_map(|channel| joint_of.get(channel.target.node.value()).copied().flatten())
-            .filter(|joint| !nodes[*joint].name.is_empty())
-            .count();
-        if turned > 0 && best.is_none_or(|(_, most)| turned > most) {
-            best = Some((idx, turned));
-        }
+/// Where each node of the file stands among the skeleton's joints.
+fn joint_of(file: &Document<'_>, nodes: &[Node]) -> Vec<Option<usize>> {
+    let mut joint_of = vec![None; file.root.nodes.len()];
+    for (joint, node) in nodes.iter().enumerate() {
+        joint_of[node.index] = Some(joint);
     }
-    best.map(|(idx, _)| idx).ok_or_else(|| {
-        let expected = match file.root.animations.len() {
-            0 => "at least one; this file holds a model at rest".to_owned(),
-            count => format!("one that turns the joints of a person; none of the {count} does"),
-        };
-        GlbError::new("animations", expected)
-    })
+    joint_of
 }
 
 fn at_rest(nodes: Vec<Node>) -> Vec<AnimatedJoint> {
-    let mut world_rotations: Vec<DQuat> = Vec::with_capacity(nodes.len());
-    nodes
+    let binds: Vec<Option<DAffine3>> = nodes.iter().map(|node| node.bind).collect();
+    let mut joints: Vec<AnimatedJoint> = nodes
         .into_iter()
-        .map(|node| {
-            let parent = node
-                .parent
-                .map_or(DQuat::IDENTITY, |parent| world_rotations[parent]);
-            let world = (parent * node.rest.rotation).normalize();
-            world_rotations.push(world);
-            AnimatedJoint {
-                name: node.name,
-                parent: node.parent,
-                rest: node.rest,
-                rest_from_world: world.inverse(),
-                rotation: None,
-                translation: None,
-                scale: None,
-            }
+        .map(|node| AnimatedJoint {
+            name: node.name,
+            parent: node.parent,
+            rest: node.rest,
+            rest_from_world: DQuat::IDENTITY,
+            rest_position: DVec3::ZERO,
+            rotation: None,
+            translation: None,
+            scale: None,
         })
-        .collect()
+        .collect();
+    let by_nodes = world(&joints, |joint| joint.rest);
+    let rest = bound(&joints, &by_nodes, &binds).unwrap_or(by_nodes);
+    for (joint, (rotation, position)) in joints.iter_mut().zip(rest) {
+        joint.rest_from_world = rotation.inverse();
+        joint.rest_position = position;
+    }
+    joints
 }
 
 impl AnimatedJoint {
@@ -209,6 +248,10 @@ impl SourceMotion for GltfMotion {
         &self.joints[joint].name
     }
 
+    fn named_by_caller(&self, joint: Joint) -> Option<usize> {
+        self.named[joint as usize]
+    }
+
     fn parent(&self, joint: usize) -> Option<usize> {
         self.joints[joint].parent
     }
@@ -219,9 +262,9 @@ impl SourceMotion for GltfMotion {
     }
 
     fn rest_positions(&self) -> Vec<DVec3> {
-        world(&self.joints, |joint| joint.rest)
-            .into_iter()
-            .map(|(_, position)| position)
+        self.joints
+            .iter()
+            .map(|joint| joint.rest_position)
             .collect()
     }
 
@@ -230,11 +273,11 @@ impl SourceMotion for GltfMotion {
     }
 
     fn frame_seconds(&self) -> f64 {
-        1.0 / MODEL_RATE_HZ
+        1.0 / self.rate_hz
     }
 
     fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
-        let seconds = self.start_seconds + frame as f64 / MODEL_RATE_HZ;
+        let seconds = self.start_seconds + frame as f64 / self.rate_hz;
         let mut world = world(&self.joints, |joint| joint.local(seconds));
         for ((rotation, _), joint) in world.iter_mut().zip(&self.joints) {
             *rotation *= joint.rest_from_world;

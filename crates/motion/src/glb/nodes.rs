@@ -1,7 +1,10 @@
 //! The nodes of a file that are a skeleton.
 
-use dynaskin_glb::{Document, GlbError};
-use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+use std::collections::HashMap;
+
+use dynaskin_glb::{Document, GlbError, f32_at};
+use glam::{DAffine3, DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+use gltf::json::accessor::{ComponentType, Type};
 
 use super::humanoid;
 
@@ -26,6 +29,9 @@ pub struct Node {
     /// Index of the parent among the skeleton's nodes, which comes before it.
     pub parent: Option<usize>,
     pub rest: Local,
+    /// Where the skin's inverse bind matrices say that the joint rests, in the space of the skin's
+    /// vertices; none for what is no joint of the skin, and in VRM files, whose nodes are the rest pose.
+    pub bind: Option<DAffine3>,
 }
 
 /// The skeleton's nodes, parents first: those that name a part of a person, and their ancestors.
@@ -45,6 +51,7 @@ pub fn skeleton(file: &Document<'_>) -> Result<Vec<Node>, GlbError> {
             above = parents[node];
         }
     }
+    let mut binds = binds(file);
     let mut skeleton: Vec<Node> = Vec::new();
     // Nodes still to be taken, each with its parent's place in the skeleton.
     let mut open: Vec<(usize, Option<usize>)> = (0..nodes.len())
@@ -59,6 +66,7 @@ pub fn skeleton(file: &Document<'_>) -> Result<Vec<Node>, GlbError> {
             name: names[idx].clone(),
             parent,
             rest: rest(file, idx)?,
+            bind: binds.remove(&idx),
         });
         let children = nodes[idx].children.as_deref().unwrap_or_default();
         let kept = children.iter().map(|child| child.value()).rev();
@@ -120,6 +128,37 @@ fn names(file: &Document<'_>) -> Vec<String> {
             name.map(|name| name.trim().to_owned()).unwrap_or_default()
         })
         .collect()
+}
+
+/// Rest transforms of the joints of the skin that has the most, by node. What cannot be read or turned
+/// round is left out: then the nodes tell.
+fn binds(file: &Document<'_>) -> HashMap<usize, DAffine3> {
+    let mut binds = HashMap::new();
+    if !humanoid::bone_names(file).is_empty() {
+        return binds;
+    }
+    let skins = file.root.skins.iter();
+    let Some(skin) = skins
+        .filter(|skin| skin.inverse_bind_matrices.is_some())
+        .max_by_key(|skin| skin.joints.len())
+    else {
+        return binds;
+    };
+    let Some(matrices) = skin.inverse_bind_matrices.and_then(|index| {
+        file.elements(index.value(), ComponentType::F32, Type::Mat4)
+            .ok()
+    }) else {
+        return binds;
+    };
+    for (joint, element) in skin.joints.iter().zip(matrices.iter()) {
+        let numbers: [f64; 16] = std::array::from_fn(|k| f64::from(f32_at(element, k)));
+        let inverse = DMat4::from_cols_array(&numbers);
+        let bind = DAffine3::from_mat4(inverse.inverse());
+        if inverse.is_finite() && bind.is_finite() && bind.matrix3.determinant() > 0.0 {
+            binds.insert(joint.value(), bind);
+        }
+    }
+    binds
 }
 
 fn rest(file: &Document<'_>, idx: usize) -> Result<Local, GlbError> {

@@ -97,6 +97,25 @@ impl Track {
         })
     }
 
+    /// Times of the keyframes in seconds.
+    pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
+        self.times.iter().map(|time| f64::from(*time))
+    }
+
+    /// Whether what lies between the keyframes stands in the file.
+    pub fn is_spline(&self) -> bool {
+        self.interpolation == Interpolation::CubicSpline
+    }
+
+    /// Largest angle in radians between the rotation of the first keyframe and another's.
+    pub fn largest_turn(&self) -> f64 {
+        let rotation = |key| DQuat::from_vec4(self.value(key)).normalize();
+        let first = rotation(0);
+        (1..self.times.len())
+            .map(|key| 2.0 * first.dot(rotation(key)).abs().min(1.0).acos())
+            .fold(0.0, f64::max)
+    }
+
     pub fn start_seconds(&self) -> f64 {
         self.times.first().copied().map_or(0.0, f64::from)
     }

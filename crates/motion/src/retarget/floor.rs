@@ -135,3 +135,25 @@ pub fn standing_pitch(
         quantile(ahead, 0.5).clamp(-1.0, 1.0).asin()
     })
 }
+
+/// Whether somebody stands at all: in ten frames or more a foot rests below hips that are more than
+/// 0.6 legs above it.
+pub fn ever_stands(frames: &[Pose], frame_seconds: f64, rest_m: &[Vec3; JOINT_COUNT]) -> bool {
+    let at = |joint: Joint| rest_m[joint as usize].as_dvec3();
+    let leg_m = at(Joint::LeftHip).distance(at(Joint::LeftKnee))
+        + at(Joint::LeftKnee).distance(at(Joint::LeftAnkle));
+    let mut count = 0;
+    for foot in FEET {
+        let hip = if foot.0 == Joint::LeftAnkle {
+            Joint::LeftHip
+        } else {
+            Joint::RightHip
+        };
+        let soles = soles(frames, frame_seconds, rest_m, foot);
+        for (sole, pose) in soles.iter().zip(frames) {
+            let hip_m = pose.world_joints(rest_m).position_m[hip as usize];
+            count += usize::from(is_standing(&sole) && hip_m.y - sole.middle_m.y > 0.6 * leg_m);
+        }
+    }
+    count >= 10
+}

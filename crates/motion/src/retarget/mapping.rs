@@ -1,6 +1,7 @@
 //! The source joints that drive the body's joints, and what is reported of them.
 
 use dynaskin_body::{JOINT_COUNT, Joint};
+use glam::DVec3;
 
 use super::names::named_joints;
 use super::source::SourceMotion;
@@ -33,13 +34,21 @@ pub enum Drive {
 }
 
 /// Source joints of the body's joints.
+#[derive(Clone)]
 pub struct Mapping {
     pub drives: [Drive; JOINT_COUNT],
+    /// From above the pelvis to the joint that carries both arms; the pelvis where there is none.
+    pub spine: Vec<usize>,
 }
 
 impl Mapping {
     pub fn new(motion: &dyn SourceMotion) -> Result<Self, MotionError> {
-        let found = named_joints(motion);
+        let mut found = named_joints(motion);
+        let rest = motion.rest_positions();
+        let shortest = shortest_bone(&rest, &found);
+        if let Some(pelvis) = turning_pelvis(motion, &found, &rest, shortest) {
+            found[Joint::Pelvis as usize] = Some(pelvis);
+        }
         let missing: Vec<Joint> = REQUIRED
             .into_iter()
             .filter(|joint| found[*joint as usize].is_none())
@@ -49,21 +58,95 @@ impl Mapping {
                 missing,
                 recognised: found.iter().flatten().count(),
                 total: motion.joint_count(),
+                names: (0..motion.joint_count())
+                    .map(|joint| motion.name(joint).to_owned())
+                    .filter(|name| !name.is_empty())
+                    .collect(),
             });
         }
         let mut drives = found.map(|joint| joint.map_or(Drive::Parent, Drive::Joint));
+        let mut spine_joints = Vec::new();
         if let (Some(pelvis), Some(left), Some(right)) = (
             found[Joint::Pelvis as usize],
             found[Joint::LeftCollar as usize].or(found[Joint::LeftShoulder as usize]),
             found[Joint::RightCollar as usize].or(found[Joint::RightShoulder as usize]),
         ) {
-            let spine = spine_chain(motion, pelvis, left, right);
+            let mut spine = spine_chain(motion, pelvis, left, right);
+            // Of joints at one place the last one turns the bone.
+            let chain = spine.clone();
+            let mut place = 0;
+            spine.retain(|joint| {
+                place += 1;
+                let next = chain.get(place);
+                next.is_none_or(|next| rest[*next].distance(rest[*joint]) > shortest)
+            });
             let joints = [Joint::Spine1, Joint::Spine2, Joint::Spine3];
             for (joint, drive) in joints.into_iter().zip(spine_drives(pelvis, &spine)) {
                 drives[joint as usize] = drive;
             }
+            spine_joints = if spine.is_empty() {
+                vec![pelvis]
+            } else {
+                spine
+            };
         }
-        Ok(Self { drives })
+        let mut mapping = Self {
+            drives,
+            spine: spine_joints,
+        };
+        mapping.take_turns_without_length(motion, &rest, shortest);
+        for joint in Joint::ALL {
+            if let Some(named) = motion.named_by_caller(joint) {
+                mapping.drives[joint as usize] = Drive::Joint(named);
+            }
+        }
+        Ok(mapping)
+    }
+
+    /// The same with left and right exchanged.
+    pub fn mirrored(&self) -> Self {
+        Self {
+            drives: Joint::ALL.map(|joint| self.drives[joint.mirrored() as usize]),
+            spine: self.spine.clone(),
+        }
+    }
+
+    /// A joint that only turns stands at the place of the one it hangs on: of a limb's joints at one
+    /// place the last turns the bone.
+    fn take_turns_without_length(
+        &mut self,
+        motion: &dyn SourceMotion,
+        rest: &[DVec3],
+        shortest: f64,
+    ) {
+        let limbs = [
+            (Joint::LeftCollar, Joint::LeftShoulder),
+            (Joint::LeftShoulder, Joint::LeftElbow),
+            (Joint::LeftElbow, Joint::LeftWrist),
+            (Joint::LeftHip, Joint::LeftKnee),
+            (Joint::LeftKnee, Joint::LeftAnkle),
+            (Joint::LeftAnkle, Joint::LeftFoot),
+            (Joint::Neck, Joint::Head),
+        ];
+        let both = limbs
+            .into_iter()
+            .flat_map(|(joint, next)| [(joint, next), (joint.mirrored(), next.mirrored())]);
+        for (joint, next) in both {
+            let (Some(own), Some(next)) = (self.source(joint), self.source(next)) else {
+                continue;
+            };
+            let between = std::iter::successors(motion.parent(next), |joint| motion.parent(*joint));
+            let between: Vec<usize> = between.take_while(|joint| *joint != own).collect();
+            let hangs_on_own = between
+                .last()
+                .is_some_and(|first| motion.parent(*first) == Some(own));
+            let last_here = between
+                .into_iter()
+                .find(|idx| rest[*idx].distance(rest[own]) <= shortest);
+            if let (true, Some(last)) = (hangs_on_own, last_here) {
+                self.drives[joint as usize] = Drive::Joint(last);
+            }
+        }
     }
 
     /// The source joint of `joint`, if one alone turns it.
@@ -73,6 +156,37 @@ impl Mapping {
             _ => None,
         }
     }
+}
+
+/// Bones up to this length have none, in the file's unit.
+fn shortest_bone(rest: &[DVec3], found: &[Option<usize>; JOINT_COUNT]) -> f64 {
+    let at = |joint: Joint| {
+        found[joint as usize]
+            .map(|idx| rest[idx])
+            .unwrap_or_default()
+    };
+    1e-3 * at(Joint::LeftHip).distance(at(Joint::LeftAnkle))
+}
+
+/// The last joint at the pelvis's place that carries legs and trunk, which turns them all.
+fn turning_pelvis(
+    motion: &dyn SourceMotion,
+    found: &[Option<usize>; JOINT_COUNT],
+    rest: &[DVec3],
+    shortest: f64,
+) -> Option<usize> {
+    let above = |joint: Joint| Some(ancestry(motion, found[joint as usize]?));
+    let pelvis = found[Joint::Pelvis as usize]?;
+    let [right_leg, trunk] = [above(Joint::RightHip)?, above(Joint::LeftShoulder)?];
+    above(Joint::LeftHip)?
+        .into_iter()
+        .take_while(|joint| *joint != pelvis)
+        .find(|joint| {
+            right_leg.contains(joint)
+                && trunk.contains(joint)
+                && ancestry(motion, *joint).contains(&pelvis)
+                && rest[*joint].distance(rest[pelvis]) <= shortest
+        })
 }
 
 /// Ancestors of `joint` and itself, from the joint to the root.
@@ -177,6 +291,9 @@ pub struct JointReport {
     pub metres_per_unit: f64,
     /// The file's time step in seconds.
     pub frame_seconds: f64,
+    /// What was found other than usual and how it was taken, and what could not be made out: a
+    /// sentence each.
+    pub notes: Vec<String>,
 }
 
 impl JointReport {
@@ -185,6 +302,7 @@ impl JointReport {
         mapping: &Mapping,
         source_leg: f64,
         scale: f64,
+        notes: Vec<String>,
     ) -> Self {
         let source_names = |joint: Joint| match mapping.drives[joint as usize] {
             Drive::Joint(source) => Some(motion.name(source).to_owned()),
@@ -226,6 +344,7 @@ impl JointReport {
             unit: LengthUnit::of_leg(source_leg),
             metres_per_unit: scale,
             frame_seconds: motion.frame_seconds(),
+            notes,
         }
     }
 }

@@ -6,20 +6,27 @@
 //! point; the trunk bends as the source's does; the feet keep their soles where the source's are.
 
 mod align;
+mod evidence;
 mod floor;
 mod mapping;
 mod names;
+mod reading;
+mod sides;
 mod source;
+mod up;
+mod vocabulary;
 
 use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use glam::{DQuat, DVec3, Vec3};
 
 use crate::{Clip, MotionError};
 use align::{Alignment, SoleReference};
+use evidence::Evidence;
 #[cfg(feature = "amass")]
 pub(crate) use floor::put_on_floor;
 use mapping::{Drive, Mapping};
 pub use mapping::{JointReport, LengthUnit};
+use sides::Facing;
 pub use source::SourceMotion;
 
 /// Carries the motion of a file's skeleton over to a skeleton with these rest joint positions (metres).
@@ -36,8 +43,18 @@ pub fn retarget(
     motion: &dyn SourceMotion,
     target_joints_m: &[Vec3; JOINT_COUNT],
 ) -> Result<(Clip, JointReport), MotionError> {
-    let mapping = Mapping::new(motion)?;
-    let source = Source::new(motion, &mapping);
+    let mut notes = Vec::new();
+    let mut mapping = Mapping::new(motion)?;
+    let mut source = Source::new(motion, &mapping);
+    let mut evidence = Evidence::new(&source);
+    let facing = Facing::new(&source, &evidence);
+    notes.extend(facing.note().map(str::to_owned));
+    if matches!(facing, Facing::Back) {
+        mapping = mapping.mirrored();
+        source = Source::new(motion, &mapping);
+        evidence = Evidence::new(&source);
+    }
+    notes.extend(source.note.map(str::to_owned));
     let target_m = target_joints_m.map(|joint| joint.as_dvec3());
     let source_leg = source.leg_length();
     let target_leg_m = leg_length(&target_m);
@@ -47,30 +64,36 @@ pub fn retarget(
 
     // Whether the source's feet in the rest pose stand on the floor or turn with spread legs is
     // not written anywhere: what keeps the soles flatter is right.
-    let mut flattest: Option<(f64, Alignment)> = None;
+    let mut flattest: Option<(f64, Alignment, Vec<String>)> = None;
     let every = motion.frame_count().div_ceil(MAX_JUDGED_FRAMES);
     for reference in [SoleReference::Floor, SoleReference::Shin] {
-        let alignment = Alignment::new(&source, &target_m, reference)?;
+        let (alignment, said) = Alignment::new(&source, &evidence, &target_m, reference)?;
         let frames = source.poses(&alignment, &target_m, scale, every);
         let tilt = floor::sole_tilt(&frames, motion.frame_seconds(), target_joints_m);
-        if flattest.as_ref().is_none_or(|(least, _)| tilt < *least) {
-            flattest = Some((tilt, alignment));
+        if flattest.as_ref().is_none_or(|(least, ..)| tilt < *least) {
+            flattest = Some((tilt, alignment, said));
         }
     }
-    let Some((_, mut alignment)) = flattest else {
+    let Some((_, mut alignment, said)) = flattest else {
         return Err(MotionError::EmptyClip);
     };
+    notes.extend(said);
     // Rest feet are not drawn exactly flat either: standing feet show by how much. Long files fill
     // hundreds of megabytes with poses, so these are gone before the next ones are made.
     let standing_pitch = {
         let frames = source.poses(&alignment, &target_m, scale, 1);
-        floor::standing_pitch(&frames, motion.frame_seconds(), target_joints_m)
+        if floor::ever_stands(&frames, motion.frame_seconds(), target_joints_m) {
+            floor::standing_pitch(&frames, motion.frame_seconds(), target_joints_m)
+        } else {
+            notes.push("nobody stands in the file: the pitch of the feet is as drawn".to_owned());
+            [0.0; 2]
+        }
     };
     alignment.pitch_soles(standing_pitch);
     let mut frames = source.poses(&alignment, &target_m, scale, 1);
     floor::put_on_floor(&mut frames, motion.frame_seconds(), target_joints_m);
     check_distance(&frames)?;
-    let report = JointReport::new(motion, &mapping, source_leg, scale);
+    let report = JointReport::new(motion, &mapping, source_leg, scale, notes);
     let clip = Clip {
         name: String::new(),
         rate_hz: 1.0 / motion.frame_seconds(),
@@ -123,57 +146,45 @@ fn leg_length(rest: &[DVec3; JOINT_COUNT]) -> f64 {
 /// A source skeleton with +Y up.
 struct Source<'a> {
     motion: &'a dyn SourceMotion,
-    mapping: &'a Mapping,
+    mapping: Mapping,
     /// Rest positions turned to +Y up, file unit.
     rest: Vec<DVec3>,
     /// Takes the file's axes to +Y up.
     up_from_file: DQuat,
+    /// What is to be said of the file's up.
+    note: Option<&'static str>,
 }
 
 impl<'a> Source<'a> {
-    fn new(motion: &'a dyn SourceMotion, mapping: &'a Mapping) -> Self {
+    fn new(motion: &'a dyn SourceMotion, mapping: &Mapping) -> Self {
         let mut source = Self {
             motion,
-            mapping,
+            mapping: mapping.clone(),
             rest: motion.rest_positions(),
             up_from_file: DQuat::IDENTITY,
+            note: None,
         };
-        if source.is_z_up() {
-            source.up_from_file = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
-            for position in &mut source.rest {
-                *position = source.up_from_file * *position;
-            }
+        (source.up_from_file, source.note) = up::find_up(&source);
+        for position in &mut source.rest {
+            *position = source.up_from_file * *position;
         }
         source
     }
 
+    /// World rotations and positions at a frame, with +Y up.
+    fn world(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
+        let mut world = self.motion.world_joints(frame);
+        if self.up_from_file != DQuat::IDENTITY {
+            for (rotation, position) in &mut world {
+                *rotation = self.up_from_file * *rotation * self.up_from_file.inverse();
+                *position = self.up_from_file * *position;
+            }
+        }
+        world
+    }
+
     fn source_joint(&self, joint: Joint) -> usize {
         self.mapping.source(joint).unwrap_or(0)
-    }
-
-    /// From the middle of the knees to the middle of the shoulders: up, for somebody standing.
-    fn trunk(&self, position: impl Fn(usize) -> DVec3) -> DVec3 {
-        let at = |joint| position(self.source_joint(joint));
-        at(Joint::LeftShoulder) + at(Joint::RightShoulder)
-            - at(Joint::LeftKnee)
-            - at(Joint::RightKnee)
-    }
-
-    /// Whether the file's up is +Z: the rest pose stands along it and, on average, the motion does.
-    fn is_z_up(&self) -> bool {
-        let rest = self.trunk(|joint| self.rest[joint]);
-        if rest.z <= rest.y.abs() {
-            return false;
-        }
-        let count = self.motion.frame_count();
-        let mean: DVec3 = (0..count)
-            .step_by(count.div_ceil(50))
-            .map(|frame| {
-                let world = self.motion.world_joints(frame);
-                self.trunk(|joint| world[joint].1).normalize_or_zero()
-            })
-            .sum();
-        mean.z > mean.y.abs()
     }
 
     /// Rest position of the source joint of `joint`.
@@ -213,9 +224,8 @@ impl<'a> Source<'a> {
         target_m: &[DVec3; JOINT_COUNT],
         scale: f64,
     ) -> Pose {
-        let world = self.motion.world_joints(frame);
-        let rotation =
-            |source: usize| self.up_from_file * world[source].0 * self.up_from_file.inverse();
+        let world = self.world(frame);
+        let rotation = |source: usize| world[source].0;
         let mut target_rotation = [DQuat::IDENTITY; JOINT_COUNT];
         let mut pose = Pose::REST;
         for joint in Joint::ALL {
@@ -226,8 +236,9 @@ impl<'a> Source<'a> {
             target_rotation[idx] = match self.mapping.drives[idx] {
                 Drive::Joint(source) => rotation(source) * alignment.source_from_target[idx],
                 Drive::Between(low, high, fraction) => {
-                    rotation(low).slerp(rotation(high), fraction)
-                        * alignment.source_from_target[idx]
+                    let [low, high] =
+                        [low, high].map(|source| rotation(source) * alignment.of_source[source]);
+                    low.slerp(high, fraction)
                 }
                 Drive::Parent => parent,
             };
@@ -237,7 +248,7 @@ impl<'a> Source<'a> {
         let hips = |position: &dyn Fn(Joint) -> DVec3| {
             (position(Joint::LeftHip) + position(Joint::RightHip)) / 2.0
         };
-        let source_hips = self.up_from_file * hips(&|joint| world[self.source_joint(joint)].1);
+        let source_hips = hips(&|joint| world[self.source_joint(joint)].1);
         let pelvis_m = target_m[Joint::Pelvis as usize];
         let hips_from_pelvis_m = hips(&|joint| target_m[joint as usize]) - pelvis_m;
         pose.root_translation_m =

@@ -1,5 +1,6 @@
 //! What retargeting asks of a file's motion.
 
+use dynaskin_body::Joint;
 use glam::{DQuat, DVec3};
 
 /// A moving skeleton as a file describes it, in the file's unit of length and axes.
@@ -9,6 +10,11 @@ pub trait SourceMotion {
 
     /// Name of a joint; empty where it must not be taken for a part of a person.
     fn name(&self, joint: usize) -> &str;
+
+    /// The joint that the caller says is the body's `joint`, whatever its name.
+    fn named_by_caller(&self, _joint: Joint) -> Option<usize> {
+        None
+    }
 
     /// Parent of a joint, which comes before it; none for a root.
     fn parent(&self, joint: usize) -> Option<usize>;

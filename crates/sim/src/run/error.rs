@@ -22,10 +22,22 @@ pub enum RunError {
         reason: String,
     },
     /// The folder of captures holds none.
-    #[error("{path} holds no .bvh files; give the folder of motion captures")]
+    #[error(
+        "{path} holds no motion files (.bvh, .npz, .glb, .vrma); give the folder of motion captures"
+    )]
     NoCaptures {
         /// The folder.
         path: PathBuf,
+    },
+    /// An option was given that no file has a use for.
+    #[error("{option} is for {kinds} files, and {path} holds none; leave it out")]
+    UnusedOption {
+        /// The option of the command.
+        option: &'static str,
+        /// The folder.
+        path: PathBuf,
+        /// Endings of the files that the option is for.
+        kinds: String,
     },
     /// A motion cannot be read or made.
     #[error("motion {motion}: {source}")]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dynaskin_body::JOINT_COUNT;
-use dynaskin_motion::{Clip, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKind};
+use dynaskin_motion::{Clip, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKind, ReadOptions};
 use glam::Vec3;
 
 use super::error::RunError;
@@ -21,6 +21,8 @@ pub enum Motion {
         path: PathBuf,
         /// How many times faster than recorded.
         speed: f64,
+        /// What the caller says of the file.
+        options: ReadOptions,
     },
     /// A motion made by formula.
     Procedural {
@@ -49,18 +51,37 @@ impl Motion {
     /// # Errors
     /// [`RunError`] if the file cannot be read or the motion not be carried over.
     pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Clip, RunError> {
+        Ok(self.clip_and_notes(joints_rest_m)?.0)
+    }
+
+    /// The same, with what was found other than usual in its file.
+    ///
+    /// # Errors
+    /// As [`Self::clip`].
+    pub fn clip_and_notes(
+        &self,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+    ) -> Result<(Clip, Vec<String>), RunError> {
         let failed = |source| RunError::Motion {
             motion: self.name().to_owned(),
             source,
         };
+        let mut notes = Vec::new();
         let mut clip = match self {
             Self::Procedural { parameters, .. } => {
                 parameters.clip(joints_rest_m).map_err(failed)?
             }
-            Self::Capture { path, speed, .. } => {
+            Self::Capture {
+                path,
+                speed,
+                options,
+                ..
+            } => {
                 let bytes = fs::read(path).map_err(|error| io(path, &error))?;
-                let file = MotionFile::parse(&bytes).map_err(failed)?;
-                let (clip, _) = file.clip(joints_rest_m).map_err(failed)?;
+                let file = MotionFile::parse_with(&bytes, options).map_err(failed)?;
+                let found = file.clip(joints_rest_m).map_err(failed)?;
+                let clip = found.clip;
+                notes = found.notes;
                 let clip = if (clip.rate_hz / MODEL_RATE_HZ - 1.0).abs() < 1e-4 {
                     // "0.0166667" is meant to be 60 Hz: resampling would only blur it.
                     Clip {
@@ -78,7 +99,7 @@ impl Motion {
             }
         };
         clip.name = self.name().to_owned();
-        Ok(clip)
+        Ok((clip, notes))
     }
 }
 
@@ -95,23 +116,25 @@ fn ends_with(path: &Path, ending: &str) -> bool {
 }
 
 /// The captures of a folder, by name: BVH files, AMASS-like `.npz` files and animations in binary
-/// glTF. AMASS's `shape.npz`,
-/// which holds no motion, is passed over.
+/// glTF. AMASS's `shape.npz`, which holds no motion, is passed over. Each file gets of `options` what
+/// its kind has a use for.
 ///
 /// # Errors
-/// [`RunError::Io`] if the folder cannot be read, [`RunError::NoCaptures`] if it holds none.
-pub fn captures(folder: &Path) -> Result<Vec<Motion>, RunError> {
+/// [`RunError::Io`] if the folder cannot be read, [`RunError::NoCaptures`] if it holds none,
+/// [`RunError::UnusedOption`] for an option that no file of the folder has a use for.
+pub fn captures(folder: &Path, options: &ReadOptions) -> Result<Vec<Motion>, RunError> {
     let mut motions = Vec::new();
+    let mut endings: Vec<&str> = Vec::new();
     for entry in fs::read_dir(folder).map_err(|error| io(folder, &error))? {
         let path = entry.map_err(|error| io(folder, &error))?.path();
-        let is_motion = ["bvh", "glb", "vrma"]
-            .iter()
-            .any(|end| ends_with(&path, end))
-            || (ends_with(&path, "npz") && path.file_name() != Some("shape.npz".as_ref()));
+        let ending = ENDINGS.into_iter().find(|end| ends_with(&path, end));
+        let is_shape = path.file_name() == Some("shape.npz".as_ref());
         let stem = path.file_stem().and_then(|stem| stem.to_str());
-        if let (true, Some(name)) = (is_motion, stem) {
+        if let (Some(ending), Some(name), false) = (ending, stem, is_shape) {
+            endings.push(ending);
             motions.push(Motion::Capture {
                 name: name.to_owned(),
+                options: of_kind(options, ending),
                 path,
                 speed: 1.0,
             });
@@ -122,8 +145,43 @@ pub fn captures(folder: &Path) -> Result<Vec<Motion>, RunError> {
             path: folder.to_owned(),
         });
     }
+    let any = |kinds: &[&str]| endings.iter().any(|ending| kinds.contains(ending));
+    let given = [
+        ("--joint", options.joints.is_empty(), WITH_JOINTS),
+        ("--animation", options.animation.is_none(), WITH_ANIMATIONS),
+        ("--rate", options.rate_hz.is_none(), WITH_RATES),
+        ("--up", options.up.is_none(), WITH_UP),
+    ];
+    for (option, is_left_out, kinds) in given {
+        if !is_left_out && !any(kinds) {
+            return Err(RunError::UnusedOption {
+                option,
+                path: folder.to_owned(),
+                kinds: kinds.join(", "),
+            });
+        }
+    }
     motions.sort_by(|a, b| a.name().cmp(b.name()));
     Ok(motions)
+}
+
+/// Endings of motion files, and of those that options are for.
+const ENDINGS: [&str; 4] = ["bvh", "glb", "vrma", "npz"];
+const WITH_JOINTS: &[&str] = &["bvh", "glb", "vrma"];
+const WITH_ANIMATIONS: &[&str] = &["glb", "vrma"];
+const WITH_RATES: &[&str] = &["bvh", "npz"];
+const WITH_UP: &[&str] = &["npz"];
+
+/// Of `options` what files of that ending have a use for.
+fn of_kind(options: &ReadOptions, ending: &str) -> ReadOptions {
+    let mut own = options.clone();
+    if !WITH_JOINTS.contains(&ending) {
+        own.joints.clear();
+    }
+    own.animation = own.animation.filter(|_| WITH_ANIMATIONS.contains(&ending));
+    own.rate_hz = own.rate_hz.filter(|_| WITH_RATES.contains(&ending));
+    own.up = own.up.filter(|_| WITH_UP.contains(&ending));
+    own
 }
 
 /// Captures of kinds of motion that the CMU selection has little of: jumping jacks, jogging in place
@@ -136,13 +194,19 @@ const THIN_SPEEDS_PERCENT: [u32; 2] = [88, 112];
 pub fn thin_captures(captures: &[Motion]) -> Vec<Motion> {
     let mut copies = Vec::new();
     for motion in captures {
-        if let Motion::Capture { name, path, .. } = motion
+        if let Motion::Capture {
+            name,
+            path,
+            options,
+            ..
+        } = motion
             && THIN_CAPTURES.contains(&name.as_str())
         {
             copies.extend(THIN_SPEEDS_PERCENT.map(|percent| Motion::Capture {
                 name: format!("{name}@{percent}"),
                 path: path.clone(),
                 speed: f64::from(percent) / 100.0,
+                options: options.clone(),
             }));
         }
     }

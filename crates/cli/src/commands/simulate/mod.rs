@@ -2,6 +2,7 @@
 
 mod report;
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
@@ -18,6 +19,7 @@ use dynaskin_sim::{
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
 
+use super::motion_files::MotionFileArgs;
 use super::say;
 
 /// Shapes whose compliance a whole data set tells.
@@ -32,6 +34,8 @@ pub struct SimulateArgs {
     /// Folder of motion captures: BVH, AMASS-like .npz, or animations in .glb or .vrma.
     #[arg(long)]
     mocap: Option<PathBuf>,
+    #[command(flatten)]
+    files: MotionFileArgs,
     /// Also simulate the motions made by formula.
     #[arg(long)]
     procedural: bool,
@@ -129,7 +133,9 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let body_sha256 = hex(&Sha256::digest(&bytes));
     if let Some(path) = &args.report {
         let motions = match &args.mocap {
-            Some(folder) => captures(folder).context("no motion captures (--mocap)")?,
+            Some(folder) => {
+                captures(folder, &args.files.options()?).context("no motion captures (--mocap)")?
+            }
             None => Vec::new(),
         };
         let settings = settings(args, &body)?;
@@ -176,6 +182,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         }
     }
     print_plan(args, &jobs, &shell, &run);
+    print_notes(&jobs);
     if args.plan {
         say(&format!(
             "settings: {}",
@@ -259,7 +266,9 @@ fn settings(args: &SimulateArgs, body: &BodyModel) -> anyhow::Result<SimSettings
 
 fn motions(args: &SimulateArgs) -> anyhow::Result<Vec<Motion>> {
     let mut motions = match &args.mocap {
-        Some(folder) => captures(folder).context("no motion captures (--mocap)")?,
+        Some(folder) => {
+            captures(folder, &args.files.options()?).context("no motion captures (--mocap)")?
+        }
         None if args.preset == Some(Preset::Full) => {
             bail!("--preset full needs motion captures: give their folder with --mocap FOLDER")
         }
@@ -276,6 +285,19 @@ fn motions(args: &SimulateArgs) -> anyhow::Result<Vec<Motion>> {
         bail!("nothing to simulate: give --mocap FOLDER, --procedural or both");
     }
     Ok(motions)
+}
+
+/// Says of each file what was found other than usual.
+fn print_notes(jobs: &[Job]) {
+    let notes: BTreeMap<&str, &[String]> = jobs
+        .iter()
+        .map(|job| (job.motion.name(), &job.notes[..]))
+        .collect();
+    for (name, notes) in notes {
+        for note in notes {
+            say(&format!("{name}: {note}"));
+        }
+    }
 }
 
 fn print_plan(args: &SimulateArgs, jobs: &[Job], shell: &Shell, run: &Run<'_>) {
