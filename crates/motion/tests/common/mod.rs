@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod glb;
+pub mod poses;
 pub mod zero;
 
 use std::path::PathBuf;
