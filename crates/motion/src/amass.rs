@@ -213,12 +213,14 @@ impl Poses {
             (_, Some(root_key), Some(body_key)) if one.is_none() => {
                 let root = vectors(file, root_key)?;
                 let body = vectors(file, body_key)?;
-                let [root_width, body_width] = [&root, &body].map(|array| width(array));
+                let [root_width, body_width] = [&root, &body].map(width);
                 if root_width != 3 {
                     let expected = "3 numbers a frame, a rotation vector";
                     return Err(bad(root_key, expected, root_width));
                 }
-                if !(63..=POSE_WIDTHS.end() - 3).contains(&body_width) || body_width % 3 != 0 {
+                if !(63..=POSE_WIDTHS.end() - 3).contains(&body_width)
+                    || !body_width.is_multiple_of(3)
+                {
                     let expected = "63 (SMPL-H, SMPL-X) or 69 (SMPL) numbers a frame";
                     return Err(bad(body_key, expected, body_width));
                 }
@@ -242,7 +244,7 @@ impl Poses {
                 let poses = vectors(file, key)?;
                 let width = width(&poses);
                 // 69 numbers are a body without its root, or a root and 22 joints of something else.
-                if !POSE_WIDTHS.contains(&width) || width % 3 != 0 || width == 69 {
+                if !POSE_WIDTHS.contains(&width) || !width.is_multiple_of(3) || width == 69 {
                     let expected = "66 to 165 numbers a frame: 72 (SMPL), 156 (SMPL-H), 165 (SMPL-X), \
                                     66 (without hands); a body of 63 or 69 without its root is \
                                     `pose_body`, and the root `root_orient`";
