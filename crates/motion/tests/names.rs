@@ -258,7 +258,7 @@ const CONVENTIONS: &[Convention] = &[
         "Scapula_{} Shoulder_{} Elbow_{} Wrist_{}",
         "HipPart1_{}<Hip_{} ToesEnd_{}<Toes_{} IndexFinger1_{}<Wrist_{} HeadEnd_M<Head_M"]),
     of("Roblox", LEFT_RIGHT, [
-        "LowerTorso UpperTorso Head",
+        "LowerTorso UpperTorso - Head",
         "{}UpperLeg {}LowerLeg {}Foot -",
         "- {}UpperArm {}LowerArm {}Hand",
         "HumanoidRootPart>LowerTorso"]),
@@ -387,11 +387,12 @@ impl Skeleton {
         expected.push((Joint::Pelvis, (*pelvis).to_owned()));
         expected.push((Joint::Head, (*head).to_owned()));
         let (spine, neck) = match spine {
-            [spine @ .., neck] if spine.len() > 0 && convention.what != "Roblox" => {
+            [spine @ .., "-"] => (spine, None),
+            [spine @ .., neck] => {
                 expected.push((Joint::Neck, (*neck).to_owned()));
                 (spine, Some(neck))
             }
-            spine => (spine, None),
+            [] => (spine, None),
         };
         let mut chest = fork;
         for (idx, name) in spine.iter().enumerate() {

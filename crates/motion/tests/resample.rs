@@ -74,7 +74,7 @@ fn there_are_no_corners_at_the_keys() {
     let clip = sampled(30.0, 2.0);
     let h = 1e-4;
     let place = |seconds: f64| clip.pose_at(seconds).root_translation_m;
-    let turn = |seconds: f64| DVec3::from(knee(&clip.pose_at(seconds)).to_scaled_axis());
+    let turn = |seconds: f64| knee(&clip.pose_at(seconds)).to_scaled_axis();
     for value in [&place as &dyn Fn(f64) -> DVec3, &turn] {
         for key in 6..54 {
             let at = f64::from(key) / 30.0;
