@@ -1,6 +1,7 @@
 //! What several tests need; each uses a part of it.
 #![allow(dead_code)]
 
+pub mod conventions;
 pub mod glb;
 
 use std::path::PathBuf;
