@@ -218,7 +218,9 @@ impl Poses {
                     let expected = "3 numbers a frame, a rotation vector";
                     return Err(bad(root_key, expected, root_width));
                 }
-                if !(63..=POSE_WIDTHS.end() - 3).contains(&body_width) || body_width % 3 != 0 {
+                if !(63..=POSE_WIDTHS.end() - 3).contains(&body_width)
+                    || !body_width.is_multiple_of(3)
+                {
                     let expected = "63 (SMPL-H, SMPL-X) or 69 (SMPL) numbers a frame";
                     return Err(bad(body_key, expected, body_width));
                 }

@@ -188,16 +188,20 @@ fn spellings_of_keys_and_split_arrays_give_the_same_motion() {
         ("poses", &[20, 156], &motion.poses),
         ("trans", &[20, 3], &motion.trans),
     ]);
-    let mut options = ReadOptions::default();
-    options.rate_hz = Some(50.0);
+    let options = ReadOptions {
+        rate_hz: Some(50.0),
+        ..ReadOptions::default()
+    };
     check_alike(&without_rate, &options, &expected);
 }
 
 #[test]
 fn what_the_caller_says_goes_before_what_the_file_says() {
-    let mut options = ReadOptions::default();
-    options.rate_hz = Some(25.0);
-    options.up = Some(UpAxis::Y);
+    let mut options = ReadOptions {
+        rate_hz: Some(25.0),
+        up: Some(UpAxis::Y),
+        ..ReadOptions::default()
+    };
     let file = read_with(&standing(72, 100.0, 5), &options).unwrap();
     assert_eq!((file.rate_hz, file.up), (25.0, UpAxis::Y));
     options.rate_hz = Some(0.2);

@@ -134,8 +134,10 @@ fn glb_with_a_t_pose_for_its_first_clip() {
         AnimationChoice::Index(0),
         AnimationChoice::Name(animations[0].name.clone()),
     ] {
-        let mut options = ReadOptions::default();
-        options.animation = Some(choice);
+        let options = ReadOptions {
+            animation: Some(choice),
+            ..ReadOptions::default()
+        };
         let held = read(name, &options).unwrap();
         assert_eq!(held.clip.name, animations[0].name);
         let [first, .., last] = &held.clip.frames[..] else {
@@ -144,8 +146,10 @@ fn glb_with_a_t_pose_for_its_first_clip() {
         };
         assert_eq!(first, last);
     }
-    let mut options = ReadOptions::default();
-    options.animation = Some(AnimationChoice::Name("no such".to_owned()));
+    let options = ReadOptions {
+        animation: Some(AnimationChoice::Name("no such".to_owned())),
+        ..ReadOptions::default()
+    };
     let error = MotionFile::parse_with(&bytes, &options).unwrap_err();
     assert!(
         matches!(error, MotionError::UnknownAnimation { .. }),
@@ -171,8 +175,10 @@ fn npz_without_a_rate_takes_the_callers() {
     };
     let error = MotionFile::parse(&bytes).unwrap_err().to_string();
     assert!(error.contains("option `rate`"), "{error}");
-    let mut options = ReadOptions::default();
-    options.rate_hz = Some(control.clip.rate_hz);
+    let options = ReadOptions {
+        rate_hz: Some(control.clip.rate_hz),
+        ..ReadOptions::default()
+    };
     check_same(&read("no_rate.npz", &options).unwrap().clip, &control.clip);
 }
 

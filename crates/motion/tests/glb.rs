@@ -298,6 +298,7 @@ proptest! {
             let place = place.index(bytes.len());
             bytes[place] = byte;
         }
+        let _ = GltfMotion::animations(&bytes);
         if let Ok(motion) = GltfMotion::parse(&bytes) {
             prop_assert!(motion.frame_count() >= 1);
             let _ = retarget(&motion, &female_joints_m());

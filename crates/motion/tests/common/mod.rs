@@ -1,6 +1,7 @@
 //! What several tests need; each uses a part of it.
 #![allow(dead_code)]
 
+pub mod conventions;
 pub mod glb;
 pub mod poses;
 pub mod zero;
