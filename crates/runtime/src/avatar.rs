@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices};
+use dynaskin_conditioning::{Conditioner, Diagnosis, PoseSource};
 use glam::{Mat4, Vec3};
 
 use crate::RuntimeError;
@@ -65,6 +66,8 @@ pub struct Avatar {
     pub(crate) figure: Arc<Figure>,
     pub(crate) surface: Surface,
     pub(crate) clock: TickClock,
+    /// Puts poses on their source's clock before they reach the tissue's.
+    pub(crate) conditioner: Conditioner,
     pub(crate) tissue: Option<Tissue>,
     /// Runs the networks where the avatar is stepped by itself; made with the first such step.
     engine: Option<Box<Engine>>,
@@ -100,6 +103,7 @@ impl Avatar {
             surface: Surface::new(&figure),
             figure,
             clock: TickClock::default(),
+            conditioner: Conditioner::default(),
             tissue,
             engine: None,
             planned: Planned::default(),
@@ -233,6 +237,8 @@ impl Avatar {
         )?;
         let ratio = self.scale / scale;
         self.clock.rescale(ratio);
+        // The next poses are in another unit; held ones must not be mixed with them.
+        self.conditioner.reset();
         if let Some(tissue) = &mut self.tissue {
             tissue.rescale(ratio);
         }
@@ -294,7 +300,26 @@ impl Avatar {
     /// The next pose counts as the first.
     pub fn reset(&mut self) {
         self.clock.reset();
+        self.conditioner.reset();
         self.unsettled = true;
+    }
+
+    /// Where poses come from, which decides how they are put on an even clock and whether noise is
+    /// taken off. The next pose counts as the first.
+    pub fn set_pose_source(&mut self, source: PoseSource) {
+        self.conditioner.set_source(source);
+        self.clock.reset();
+        self.unsettled = true;
+    }
+
+    /// Where poses come from.
+    pub fn pose_source(&self) -> PoseSource {
+        self.conditioner.source()
+    }
+
+    /// What was found out about the source of poses, and how late the tissue is for it.
+    pub fn source_diagnosis(&self) -> Diagnosis {
+        self.conditioner.diagnosis()
     }
 
     /// The model.
@@ -399,6 +424,7 @@ impl Avatar {
         self.set_controls(&controls)?;
         self.scale = scale;
         self.clock = clock;
+        self.conditioner.reset();
         self.set_enabled(enabled);
         self.unsettled = unsettled;
         if let (Some(tissue), Some(memory)) = (&mut self.tissue, memory) {

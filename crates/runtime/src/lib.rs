@@ -52,6 +52,7 @@ pub use clock::{
 };
 pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, RegionControls};
 pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
+pub use dynaskin_conditioning::{Diagnosis, PoseSource};
 pub use error::{Network, RuntimeError};
 pub use model::Model;
 pub use onnx::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};

@@ -63,6 +63,10 @@ pub(crate) struct Planned {
     /// In metres of the body.
     pose: Pose,
     dt_seconds: f64,
+    /// What drives the tissue, where it is not the host's pose.
+    driven: Option<Pose>,
+    /// The seconds that the tissue moves on by.
+    driven_seconds: f64,
     advance: Advance,
     /// Whether the surface changes.
     shows: bool,
@@ -73,9 +77,17 @@ impl Default for Planned {
         Self {
             pose: Pose::REST,
             dt_seconds: 0.0,
+            driven: None,
+            driven_seconds: 0.0,
             advance: Advance::Tick(Ticks::NONE),
             shows: false,
         }
+    }
+}
+
+impl Planned {
+    fn driven(&self) -> &Pose {
+        self.driven.as_ref().unwrap_or(&self.pose)
     }
 }
 
@@ -174,7 +186,13 @@ impl Avatar {
         TickClock::check(dt_seconds)?;
         let mut pose = pose::checked(pose)?;
         pose.root_translation_m /= self.scale;
-        let mut advance = self.clock.plan(&pose, dt_seconds);
+        let given = self.conditioner.push(&pose, dt_seconds);
+        let driven_seconds = given.dt_seconds;
+        let mut advance = self.clock.plan(&given.pose, driven_seconds);
+        if given.cut && !matches!(advance, Advance::Settle(_)) {
+            advance = Advance::Settle(Settled::Cut);
+        }
+        let driven = (given.pose != pose).then_some(given.pose);
         if self.unsettled && self.presence.woken {
             advance = Advance::Settle(Settled::Woken);
         } else if self.unsettled && !matches!(advance, Advance::Settle(_)) {
@@ -183,6 +201,8 @@ impl Avatar {
         self.planned = Planned {
             pose,
             dt_seconds,
+            driven,
+            driven_seconds,
             advance,
             shows: false,
         };
@@ -217,7 +237,7 @@ impl Avatar {
     pub(crate) fn begin_settling(&mut self) -> bool {
         let settles = self.moves() && matches!(self.planned.advance, Advance::Settle(_));
         if settles && let Some(tissue) = &mut self.tissue {
-            tissue.begin_settling(&self.planned.pose);
+            tissue.begin_settling(self.planned.driven());
         }
         settles
     }
@@ -226,7 +246,9 @@ impl Avatar {
     pub(crate) fn feel_tick(&mut self, index: usize) -> bool {
         match self.planned.advance {
             Advance::Tick(ticks) if index < ticks.count && self.moves() => {
-                let pose = self.clock.pose_of_tick(ticks, index, &self.planned.pose);
+                let driven = self.planned.driven();
+                let on_path = self.conditioner.pose_at(ticks.position(index));
+                let pose = on_path.unwrap_or_else(|| self.clock.pose_of_tick(ticks, index, driven));
                 if let Some(tissue) = &mut self.tissue {
                     tissue.feel(&pose);
                 }
@@ -240,7 +262,7 @@ impl Avatar {
     pub(crate) fn begin_showing(&mut self) -> bool {
         let moves = self.moves();
         let Planned {
-            dt_seconds,
+            driven_seconds: dt_seconds,
             advance,
             ..
         } = self.planned;
@@ -294,11 +316,12 @@ impl Avatar {
     pub(crate) fn commit(&mut self) {
         let Planned {
             pose,
-            dt_seconds,
+            driven_seconds,
             advance,
             ..
         } = &self.planned;
-        self.clock.commit(pose, *dt_seconds, *advance);
+        self.clock
+            .commit(self.planned.driven(), *driven_seconds, *advance);
         self.skin = skin::scaled(pose, &self.figure.joints_rest_m, self.scale);
         self.skin_matrices = skin::matrices(&self.skin);
         self.unsettled = !self.enabled || self.asleep();

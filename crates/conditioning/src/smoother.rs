@@ -1,0 +1,266 @@
+//! Noise taken off poses that come at the source's interval.
+//!
+//! A Kalman filter for a body that is pushed about at random (white acceleration), one for the
+//! root and one for each joint, with a look back over the next pose after Rauch, Tung and Striebel
+//! (AIAA Journal 3, 1965). What a one-euro filter (Casiez, Roussel and Vogel, CHI 2012) does with a
+//! cut-off that follows speed, is done here by how strongly the body is pushed: that is measured on
+//! the second differences, less what noise alone would give them.
+
+use std::collections::VecDeque;
+
+use dynaskin_body::{JOINT_COUNT, Pose};
+use glam::{DQuat, DVec3};
+
+use crate::path::{Knot, Rates, turn_between};
+
+/// The root and every joint.
+const GROUPS: usize = JOINT_COUNT + 1;
+
+/// What is expected of a tracker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tuning {
+    /// Standard deviations along each axis.
+    pub root_noise_m: f64,
+    pub joint_noise_rad: f64,
+    /// How strongly a body that stands still is pushed: the variance of the noise times the cube of
+    /// this, in 1/s. Smaller is calmer.
+    pub stillness: f64,
+    /// Poses of the future that are waited for.
+    pub lag: usize,
+    /// Weight of the newest second difference in the measured push.
+    pub alertness: f64,
+    /// Factor on the measured push.
+    pub trust: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Covariance {
+    place: f64,
+    cross: f64,
+    rate: f64,
+}
+
+/// One pose filtered with all before it.
+#[derive(Clone, Debug)]
+struct Filtered {
+    time: f64,
+    pose: Pose,
+    rates: Rates,
+    covariance: [Covariance; GROUPS],
+    /// As predicted from the one before.
+    predicted: Pose,
+    predicted_covariance: [Covariance; GROUPS],
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Smoother {
+    tuning: Tuning,
+    past: VecDeque<Filtered>,
+    raw: VecDeque<(f64, Pose)>,
+    push: [f64; GROUPS],
+}
+
+impl Smoother {
+    pub fn new(tuning: Tuning) -> Self {
+        Self {
+            tuning,
+            past: VecDeque::new(),
+            raw: VecDeque::new(),
+            push: [0.0; GROUPS],
+        }
+    }
+
+    fn noise(&self, group: usize) -> f64 {
+        let deviation = if group == 0 {
+            self.tuning.root_noise_m
+        } else {
+            self.tuning.joint_noise_rad
+        };
+        deviation * deviation
+    }
+
+    /// Takes the pose of `time`, later than all before; gives the pose that is now known as well
+    /// as it will be.
+    pub fn add(&mut self, time: f64, pose: &Pose) -> Knot {
+        self.measure_push(time, pose);
+        let next = match self.past.back() {
+            Some(last) if time > last.time => self.filtered(last, time, pose),
+            _ => {
+                let covariance = std::array::from_fn(|group| Covariance {
+                    place: self.noise(group),
+                    cross: 0.0,
+                    rate: self.noise(group) * 100.0,
+                });
+                Filtered {
+                    time,
+                    pose: pose.clone(),
+                    rates: Rates::ZERO,
+                    covariance,
+                    predicted: pose.clone(),
+                    predicted_covariance: covariance,
+                }
+            }
+        };
+        self.past.push_back(next);
+        while self.past.len() > self.tuning.lag + 1 {
+            self.past.pop_front();
+        }
+        self.smoothed()
+    }
+
+    fn measure_push(&mut self, time: f64, pose: &Pose) {
+        if let (Some((t0, first)), Some((t1, second))) = (self.raw.front(), self.raw.back())
+            && self.raw.len() == 2
+            && time > *t1
+            && t1 > t0
+        {
+            let seconds = 0.5 * (time - t0);
+            // Poses at uneven times: the middle one against the line through its neighbours.
+            let u = (t1 - t0) / (time - t0);
+            for group in 0..GROUPS {
+                let (from, to) = steps(first, second, pose, group);
+                let bend = 2.0 * ((1.0 - u) * from - u * to);
+                let noise = self.noise(group);
+                let squared = bend.length_squared() / 3.0 - 6.0 * noise;
+                let push = 1.5 * squared / seconds.powi(3);
+                let weight = self.tuning.alertness;
+                self.push[group] += weight * (push - self.push[group]);
+            }
+        }
+        self.raw.push_back((time, pose.clone()));
+        while self.raw.len() > 2 {
+            self.raw.pop_front();
+        }
+    }
+
+    fn filtered(&self, last: &Filtered, time: f64, pose: &Pose) -> Filtered {
+        let dt = time - last.time;
+        let mut next = last.clone();
+        next.time = time;
+        next.predicted.root_translation_m = last.pose.root_translation_m + dt * last.rates.root_m_s;
+        for group in 0..GROUPS {
+            let noise = self.noise(group);
+            let push = (self.tuning.trust * self.push[group]).max(0.0)
+                + noise * self.tuning.stillness.powi(3);
+            let before = last.covariance[group];
+            let ahead = Covariance {
+                place: before.place
+                    + dt * (2.0 * before.cross + dt * before.rate)
+                    + push * dt * dt * dt / 3.0,
+                cross: before.cross + dt * before.rate + push * dt * dt / 2.0,
+                rate: before.rate + push * dt,
+            };
+            next.predicted_covariance[group] = ahead;
+            let sum = (ahead.place + noise).max(1e-300);
+            let (place_gain, rate_gain) = (ahead.place / sum, ahead.cross / sum);
+            next.covariance[group] = Covariance {
+                place: (1.0 - place_gain) * ahead.place,
+                cross: (1.0 - place_gain) * ahead.cross,
+                rate: ahead.rate - rate_gain * ahead.cross,
+            };
+            if group == 0 {
+                let off = pose.root_translation_m - next.predicted.root_translation_m;
+                next.pose.root_translation_m = next.predicted.root_translation_m + place_gain * off;
+                next.rates.root_m_s = last.rates.root_m_s + rate_gain * off;
+            } else {
+                let joint = group - 1;
+                let rate = last.rates.joints_rad_s[joint];
+                let predicted =
+                    last.pose.parent_from_joint[joint] * DQuat::from_scaled_axis(dt * rate);
+                next.predicted.parent_from_joint[joint] = predicted;
+                let off = turn_between(predicted, pose.parent_from_joint[joint]);
+                next.pose.parent_from_joint[joint] =
+                    (predicted * DQuat::from_scaled_axis(place_gain * off)).normalize();
+                next.rates.joints_rad_s[joint] = rate + rate_gain * off;
+            }
+        }
+        next
+    }
+
+    /// The oldest pose that is kept, with all that came after it.
+    fn smoothed(&self) -> Knot {
+        let Some(newest) = self.past.back() else {
+            return Knot {
+                time: 0.0,
+                pose: Pose::REST,
+                rates: Rates::ZERO,
+            };
+        };
+        let mut knot = Knot {
+            time: newest.time,
+            pose: newest.pose.clone(),
+            rates: newest.rates,
+        };
+        for (this, next) in self.past.iter().rev().skip(1).zip(self.past.iter().rev()) {
+            let dt = next.time - this.time;
+            let (mut pose, mut rates) = (this.pose.clone(), this.rates);
+            for group in 0..GROUPS {
+                let here = this.covariance[group];
+                let ahead = next.predicted_covariance[group];
+                // here * F^T, then times the inverse of `ahead`.
+                let (a, b) = (here.place + dt * here.cross, here.cross);
+                let (c, d) = (here.cross + dt * here.rate, here.rate);
+                let scale = ahead.place * ahead.rate - ahead.cross * ahead.cross;
+                if scale <= 1e-14 * ahead.place * ahead.rate {
+                    continue;
+                }
+                let gain = [
+                    (a * ahead.rate - b * ahead.cross) / scale,
+                    (b * ahead.place - a * ahead.cross) / scale,
+                    (c * ahead.rate - d * ahead.cross) / scale,
+                    (d * ahead.place - c * ahead.cross) / scale,
+                ];
+                let (off, rate_off) = if group == 0 {
+                    (
+                        knot.pose.root_translation_m - next.predicted.root_translation_m,
+                        knot.rates.root_m_s - this.rates.root_m_s,
+                    )
+                } else {
+                    let joint = group - 1;
+                    (
+                        turn_between(
+                            next.predicted.parent_from_joint[joint],
+                            knot.pose.parent_from_joint[joint],
+                        ),
+                        knot.rates.joints_rad_s[joint] - this.rates.joints_rad_s[joint],
+                    )
+                };
+                let place = gain[0] * off + gain[1] * rate_off;
+                let rate = gain[2] * off + gain[3] * rate_off;
+                if group == 0 {
+                    pose.root_translation_m += place;
+                    rates.root_m_s += rate;
+                } else {
+                    let joint = group - 1;
+                    let turned = pose.parent_from_joint[joint] * DQuat::from_scaled_axis(place);
+                    pose.parent_from_joint[joint] = turned.normalize();
+                    rates.joints_rad_s[joint] += rate;
+                }
+            }
+            knot = Knot {
+                time: this.time,
+                pose,
+                rates,
+            };
+        }
+        knot
+    }
+}
+
+/// From the first to the second pose and from there to the third.
+fn steps(first: &Pose, second: &Pose, third: &Pose, group: usize) -> (DVec3, DVec3) {
+    if group == 0 {
+        let middle_m = second.root_translation_m;
+        (
+            middle_m - first.root_translation_m,
+            third.root_translation_m - middle_m,
+        )
+    } else {
+        let joint = group - 1;
+        let middle = second.parent_from_joint[joint];
+        (
+            -turn_between(middle, first.parent_from_joint[joint]),
+            turn_between(middle, third.parent_from_joint[joint]),
+        )
+    }
+}
