@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use dynaskin_body::Pose;
 
 use crate::clock::{INTERVALS, SourceClock};
-use crate::cut::{Step, is_cut};
+use crate::cut::{Step, is_cut, is_sudden_stop};
 use crate::diagnosis::{Diagnosis, NoiseGauge};
 use crate::path::{Knot, Rates, between, parabola_rates};
 use crate::smoother::{Smoother, Tuning};
@@ -29,6 +29,9 @@ const STALL_SECONDS: f64 = 0.25;
 
 /// Arrivals that are remembered until an interval is known.
 const LOG: usize = 9;
+
+/// Most poses of the source between the playhead and now, with some behind it.
+const KNOTS: usize = 15;
 
 /// Where poses come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,7 +79,7 @@ pub struct Conditioned {
 }
 
 /// Stands between a host and the clock of one avatar's tissue.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Conditioner {
     source: PoseSource,
     /// The host's time, in seconds since the first pose.
@@ -88,6 +91,8 @@ pub struct Conditioner {
     arrived: f64,
     /// The step to it, with its seconds.
     step: Option<(Step, f64)>,
+    /// The step before that.
+    step_before: Option<(Step, f64)>,
     log: VecDeque<f64>,
     clock: Option<SourceClock>,
     engaged: bool,
@@ -103,13 +108,55 @@ pub struct Conditioner {
     stands: bool,
 }
 
+impl Default for Conditioner {
+    fn default() -> Self {
+        Self {
+            log: VecDeque::with_capacity(LOG + 1),
+            path: VecDeque::with_capacity(KNOTS + 1),
+            ..Self::empty()
+        }
+    }
+}
+
 impl Conditioner {
     /// Forgets all poses; the source stays.
     pub fn reset(&mut self) {
+        // Memory once taken is kept, so that no later step has to allocate.
+        let (mut log, mut path) = (
+            std::mem::take(&mut self.log),
+            std::mem::take(&mut self.path),
+        );
+        log.clear();
+        path.clear();
         *self = Self {
             source: self.source,
-            ..Self::default()
+            log,
+            path,
+            ..Self::empty()
         };
+    }
+
+    fn empty() -> Self {
+        Self {
+            source: PoseSource::Display,
+            now: 0.0,
+            frame: 0.0,
+            raw: None,
+            arrived: 0.0,
+            step: None,
+            step_before: None,
+            log: VecDeque::new(),
+            clock: None,
+            engaged: false,
+            last_repeat: None,
+            path: VecDeque::new(),
+            smoother: None,
+            playhead: 0.0,
+            playhead_before: 0.0,
+            noise: NoiseGauge::default(),
+            run: 0,
+            stands: false,
+        }
     }
 
     /// Where poses come from.
@@ -239,7 +286,14 @@ impl Conditioner {
         self.noise.add(&step);
         let cut =
             self.engaged && is_cut(self.step.as_ref().map(|(s, t)| (s, *t)), (&step, seconds));
-        self.step = Some((step, seconds));
+        let jumped =
+            !self.engaged && is_cut(self.step.as_ref().map(|(s, t)| (s, *t)), (&step, seconds));
+        if jumped {
+            // Another place or motion: that it stands still there is no pose held over a frame.
+            self.log.clear();
+            self.log.push_back(self.now);
+        }
+        self.step_before = self.step.replace((step, seconds));
         if cut {
             self.step = None;
             self.path.clear();
@@ -282,7 +336,13 @@ impl Conditioner {
         if moved_lately {
             self.last_repeat = Some(self.now);
         }
-        if !self.engaged && moved_lately {
+        // A body that comes to rest or turns back by itself was slowing down; one that was not is
+        // held.
+        let fast = self.step.as_ref().is_some_and(|(step, seconds)| {
+            let before = self.step_before.as_ref().map(|(s, t)| (s, *t));
+            is_sudden_stop(before, (step, *seconds))
+        });
+        if !self.engaged && moved_lately && fast {
             // Held: the playhead stays at the last pose until the next one is there.
             self.engaged = true;
             self.clock = None;
@@ -333,7 +393,7 @@ impl Conditioner {
         if self.path.back().is_none_or(|last| knot.time > last.time) {
             self.path.push_back(knot);
         }
-        let kept = if self.engaged { 64 } else { 3 };
+        let kept = if self.engaged { KNOTS } else { 3 };
         while self.path.len() > kept {
             self.path.pop_front();
         }

@@ -23,6 +23,11 @@ pub const START_RAD_S: f64 = 30.0;
 const CUT_M_S: f64 = 8.0;
 const CUT_RAD_S: f64 = 60.0;
 
+/// Slower than this a body may stop between two poses: 0.02 m/s within a frame of 60 Hz is a tenth of
+/// gravity.
+const STOP_M_S: f64 = 0.02;
+const STOP_RAD_S: f64 = 0.1;
+
 /// Shortest step over which velocities are judged.
 const SHORTEST_SECONDS: f64 = 1.0 / 240.0;
 
@@ -47,6 +52,21 @@ impl Step {
             turns: std::array::from_fn(turn),
         }
     }
+}
+
+/// Whether a pose that repeats after the step `last` is a stop that would be felt: the body neither
+/// was slow nor was about to stop, as it is for a moment wherever it turns back.
+pub(crate) fn is_sudden_stop(before: Option<(&Step, f64)>, last: (&Step, f64)) -> bool {
+    let speed = |(step, seconds): (&Step, f64), part: usize| match part {
+        0 => step.root_m / seconds.max(SHORTEST_SECONDS),
+        joint => step.turns[joint - 1] / seconds.max(SHORTEST_SECONDS),
+    };
+    (0..=JOINT_COUNT).any(|part| {
+        let now = speed(last, part);
+        let next = before.map_or(now, |before| 2.0 * now - speed(before, part));
+        let least = if part == 0 { STOP_M_S } else { STOP_RAD_S };
+        next.length() > least && next.length() > 0.5 * now.length() && now.length() > least
+    })
 }
 
 /// What a step was, given the one before, each with its seconds.
