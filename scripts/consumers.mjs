@@ -25,6 +25,8 @@ const FOLDER = join(CACHE, "consumers");
 const TARBALL = join(FOLDER, "dynaskin.tgz");
 
 const NEXT = join(FOLDER, "next");
+/** The worker's own part alone has as many; what it imports, some tools put in files beside it. */
+const LEAST_THREAD_BYTES = 1000;
 const OUTPUTS = ["dist-vite", "dist-vite7", "dist-webpack", "dist-esbuild"];
 // Vite sets NODE_ENV for its own process, and Next would inherit it.
 const QUIET_NEXT = { NEXT_TELEMETRY_DISABLED: "1", NODE_ENV: "production" };
@@ -32,6 +34,15 @@ const QUIET_NEXT = { NEXT_TELEMETRY_DISABLED: "1", NODE_ENV: "production" };
 const installed = (...path) => join(FOLDER, "node_modules", ...path);
 const node = (program, ...args) =>
   run(process.execPath, [installed(program), ...args], { cwd: FOLDER, quiet: true });
+/** Run as it is: esbuild's own installation puts a native program there where it may. */
+const esbuild = (name) =>
+  run(
+    installed("esbuild", "bin", "esbuild"),
+    [`src/${name}.js`, "--bundle", "--format=esm", "--minify", "--log-level=error"].concat(
+      `--outfile=dist-esbuild/${name}.js`,
+    ),
+    { cwd: FOLDER, quiet: true },
+  );
 const npm = (...args) => run("npm", args, { cwd: FOLDER, quiet: true });
 
 /** A fresh copy of tests/consumers with the packed SDK installed; its other packages are kept. */
@@ -112,19 +123,40 @@ async function build() {
   await node("vite/bin/vite.js", "build", "--logLevel", "warn");
   await node("vite7/bin/vite.js", "build", "--logLevel", "warn", "-c", "vite7.config.js");
   await run(process.execPath, [join(FOLDER, "webpack.mjs")], { cwd: FOLDER, quiet: true });
-  await node(
-    ...["esbuild/bin/esbuild", "src/inline.js", "--bundle", "--format=esm", "--minify"],
-    ...["--outfile=dist-esbuild/inline.js", "--log-level=error"],
-  );
+  await esbuild("inline");
+  await buildThreads();
   for (const [page, script] of [
     ["webpack", "/dist-webpack/main.js"],
     ["webpack-worker", "/dist-webpack/worker.js"],
     ["esbuild", "/dist-esbuild/inline.js"],
+    ["esbuild-worker", "/dist-esbuild/own-worker.js"],
   ]) {
     writeFileSync(
       join(FOLDER, `${page}.html`),
       `<!doctype html><title>waiting</title><link rel="icon" href="data:,"><script type="module" src="${script}"></script>\n`,
     );
+  }
+}
+
+/**
+ * The worker's script as an application's own file, for `createWorker`. It exports nothing: a bundler
+ * that thinks it has no side effects leaves an empty file.
+ */
+async function buildThreads() {
+  for (const name of ["thread", "own-worker"]) {
+    await esbuild(name);
+  }
+  for (const [tool, file] of [
+    ["esbuild", "dist-esbuild/thread.js"],
+    ["Vite 8", "dist-vite/thread.js"],
+    ["Vite 7", "dist-vite7/thread.js"],
+    ["webpack", "dist-webpack/thread.js"],
+  ]) {
+    const script = readFileSync(join(FOLDER, file), "utf8");
+    say(`  ${tool}: the worker's script has ${script.length} bytes`);
+    if (script.length < LEAST_THREAD_BYTES || !script.includes("addEventListener")) {
+      throw new Error(`${tool} made ${script.length} bytes of import "dynaskin/worker/thread".`);
+    }
   }
 }
 
@@ -234,6 +266,7 @@ async function openAll() {
     await open(browser, "webpack", `${files}/webpack.html`);
     await open(browser, "webpack, worker", `${files}/webpack-worker.html`);
     await open(browser, "esbuild with dynaskin/inline", `${files}/esbuild.html`);
+    await open(browser, "esbuild, worker of its own", `${files}/esbuild-worker.html`);
     for (const [tool, name, port, config] of [
       ["Vite 8 dev", "vite", 5194, "vite.config.js"],
       ["Vite 7 dev", "vite7", 5195, "vite7.config.js"],

@@ -8,6 +8,8 @@ import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs"
 import { CargoTally, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
 import { buildSdk, tscProgram } from "./sdk.mjs";
 import {
+  checkMinimumRust,
+  ensureCargoTool,
   ensureNodePackages,
   ensurePython,
   ensureRust,
@@ -42,18 +44,55 @@ async function setUp() {
 
 async function cargoTest() {
   const tally = new CargoTally();
-  const args = ["test", "--workspace", "--no-fail-fast", "--", "--show-output"];
   // Some tests compare with onnxruntime; without it they are skipped by name.
   const found = await ensurePython();
   if ("reason" in found) say(`  no Python for the comparison with onnxruntime: ${found.reason}`);
-  const { status } = await run("cargo", args, {
-    env: "python" in found ? { DYNASKIN_PYTHON: found.python } : {},
+  const nextest = await ensureCargoTool("cargo-nextest");
+  const test = ["test", "--workspace", "--no-fail-fast"];
+  if ("reason" in nextest) {
+    say(`  with cargo test, one test at a time: no cargo-nextest, ${nextest.reason}`);
+    await countTests("cargo", [...test, "--", "--show-output"], found, tally);
+    return tally;
+  }
+  say(
+    "  with cargo-nextest, each test a process of its own; then the examples of the documentation",
+  );
+  await countTests(nextest.program, ["nextest", "run", "--workspace"], found, tally);
+  // nextest runs no documentation tests.
+  await countTests("cargo", [...test, "--doc", "--", "--show-output"], found, tally);
+  return tally;
+}
+
+/** Adds what a test runner for Rust says to a tally. */
+async function countTests(program, args, python, tally) {
+  const failedBefore = tally.failed;
+  const { status } = await run(program, args, {
+    env: "python" in python ? { DYNASKIN_PYTHON: python.python } : {},
     onLine: (line) => tally.read(line),
+    // nextest reports here.
+    onErrorLine: (line) => tally.read(line),
     allowFailure: true,
   });
   // A crate that does not compile fails no test.
-  if (status !== 0 && tally.failed === 0) tally.add({ failed: 1 });
-  return tally;
+  if (status !== 0 && tally.failed === failedBefore) tally.add({ failed: 1 });
+}
+
+/** Licences, duplicates and sources; advisories and yanked versions where their list can be had. */
+async function cargoDeny() {
+  const tool = await ensureCargoTool("cargo-deny");
+  if ("reason" in tool) {
+    say(`  skipped: ${tool.reason}`);
+    return { skipped: 1, skippedNames: [`cargo deny: ${tool.reason}`] };
+  }
+  await run(tool.program, ["check", "licenses", "bans", "sources"]);
+  const { status } = await run(tool.program, ["fetch", "db"], { quiet: true, allowFailure: true });
+  if (status !== 0) {
+    const name = "cargo deny check advisories: the advisory database cannot be fetched";
+    say(`  skipped: ${name}`);
+    return { passed: 1, skipped: 1, skippedNames: [name] };
+  }
+  await run(tool.program, ["check", "advisories"]);
+  return { passed: 2 };
 }
 
 async function vitest() {
@@ -116,6 +155,7 @@ async function firefoxTests() {
 
 const STEPS = [
   { name: "setup", title: "What the tests need", work: setUp, always: true },
+  { name: "msrv", title: "One oldest Rust", work: oneCheck(async () => checkMinimumRust()) },
   { name: "fmt", title: "cargo fmt", work: oneCheck(() => run("cargo", ["fmt", "--check"])) },
   {
     name: "clippy",
@@ -127,7 +167,8 @@ const STEPS = [
       await run("cargo", ["clippy", ...wasm, "--", "-D", "warnings"]);
     }),
   },
-  { name: "rust", title: "cargo test", work: cargoTest },
+  { name: "deny", title: "cargo deny", work: cargoDeny },
+  { name: "rust", title: "Rust tests", work: cargoTest },
   {
     name: "biome",
     title: "biome: format and lint",

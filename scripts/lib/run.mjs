@@ -28,13 +28,14 @@ export class CommandFailed extends Error {
  * @param {string} program
  * @param {string[]} args
  * @param {{ cwd?: string, env?: Record<string, string>, quiet?: boolean,
- *   onLine?: (line: string) => void, allowFailure?: boolean }} [options]
+ *   onLine?: (line: string) => void, onErrorLine?: (line: string) => void,
+ *   allowFailure?: boolean }} [options]
  *   `quiet` keeps the output from the terminal (it is shown after a failure); `onLine` sees every
- *   line of standard output.
+ *   line of standard output, `onErrorLine` every line of standard error.
  * @returns {Promise<{ status: number, output: string }>}
  */
 export function run(program, args, options = {}) {
-  const { cwd = ROOT, env, quiet = false, onLine, allowFailure = false } = options;
+  const { cwd = ROOT, env, quiet = false, onLine, onErrorLine, allowFailure = false } = options;
   return new Promise((done, fail) => {
     const child = spawn(program, args, {
       cwd,
@@ -43,18 +44,17 @@ export function run(program, args, options = {}) {
     });
     let output = "";
     let errors = "";
-    let partial = "";
+    const lines = splitter(onLine);
+    const errorLines = splitter(onErrorLine);
     child.stdout.on("data", (chunk) => {
       output += chunk;
       if (!quiet) process.stdout.write(chunk);
-      if (!onLine) return;
-      const lines = (partial + chunk).split("\n");
-      partial = lines.pop();
-      for (const line of lines) onLine(line);
+      lines.read(chunk);
     });
     child.stderr.on("data", (chunk) => {
       errors += chunk;
       if (!quiet) process.stderr.write(chunk);
+      errorLines.read(chunk);
     });
     child.on("error", (error) =>
       error.code === "ENOENT"
@@ -62,13 +62,29 @@ export function run(program, args, options = {}) {
         : fail(error),
     );
     child.on("close", (code, signal) => {
-      if (partial && onLine) onLine(partial);
+      lines.end();
+      errorLines.end();
       const status = code ?? signal;
       if (status === 0 || allowFailure) return done({ status, output });
       if (quiet) process.stderr.write(output + errors);
       fail(new CommandFailed([program, ...args].join(" "), status, output + errors));
     });
   });
+}
+
+/** Cuts what comes in pieces into lines, and gives each to `onLine`, where there is one. */
+function splitter(onLine = () => {}) {
+  let partial = "";
+  return {
+    read(chunk) {
+      const lines = (partial + chunk).split("\n");
+      partial = lines.pop();
+      for (const line of lines) onLine(line);
+    },
+    end() {
+      if (partial) onLine(partial);
+    },
+  };
 }
 
 /** The full path of a program on the PATH, or null. */

@@ -22,8 +22,9 @@ export class Tally {
 }
 
 /**
- * Reads `cargo test -- --show-output` line by line. A Rust test that lacks its input prints
- * `skipped: NAME needs ...` and returns, which cargo counts as passed; here it counts as skipped.
+ * Reads `cargo test -- --show-output` or `cargo nextest run` line by line. A Rust test that lacks
+ * its input prints `skipped: NAME needs ...` and returns, which both count as passed; here it counts
+ * as skipped.
  */
 export class CargoTally extends Tally {
   read(line) {
@@ -31,7 +32,15 @@ export class CargoTally extends Tally {
     if (result) {
       this.add({ passed: +result[1], failed: +result[2], skipped: +result[3] });
     }
-    const skip = /^skipped: (.+)$/.exec(line.trim());
+    const summary =
+      /^ *Summary \[.*\] (?:\d+\/)?(\d+) tests? run: (\d+) passed.*?, (\d+) skipped$/.exec(line);
+    if (summary) {
+      const [run, passed, ignored] = summary.slice(1).map(Number);
+      // Failed, timed out or not started at all.
+      this.add({ passed, failed: run - passed, skipped: ignored });
+    }
+    // On one thread and uncaptured, as under nextest, the test's name stands before it.
+    const skip = /^(?:test \S+ \.\.\. )?skipped: (.+)$/.exec(line.trim());
     if (skip) this.add({ passed: -1, skipped: 1, skippedNames: [skip[1]] });
   }
 }

@@ -36,6 +36,94 @@ test("an avatar in a worker gives the bits of one in the page", async ({ page })
   expect(ahead).toBe(120);
 });
 
+test("a worker holds two avatars and a crowd, with the bits of those in the page", async ({
+  page,
+}) => {
+  await page.goto(`${REPOSITORY_URL}/blank`);
+  const seen = await page.evaluate(async () => {
+    const { load, Motion } = await import(`${location.origin}/web/sdk/dist/index.js`);
+    const { createWorkerModel } = await import(`${location.origin}/web/sdk/dist/worker/index.js`);
+    const model = "/models/female/";
+    const shapes = [new Array(10).fill(0), [0.5, 1.5, 0, 0, 0, 0, 0, 0, 0, 0]];
+    const [inPage, inWorker] = [await load({ model }), await createWorkerModel({ model })];
+    const sides = [];
+    for (const side of [inPage, inWorker]) {
+      const crowd = await side.createCrowd();
+      for (const shape of shapes) crowd.add(await side.createAvatar({ shape }));
+      sides.push({ crowd, alone: await side.createAvatar() });
+    }
+    const [here, there] = sides as [(typeof sides)[0], (typeof sides)[0]];
+    const motion = Motion.procedural("hop", here.alone);
+    let [largestM, differing] = [0, 0];
+    for (let tick = 0; tick < 90; tick += 1) {
+      const poses = [0, 0.25].map((later) => motion.poseAt(tick / 60 + later));
+      if (tick === 60) {
+        for (const { crowd } of sides) {
+          crowd.avatars[1].setControls("sportswear");
+          crowd.avatars[1].distanceM = 20;
+          crowd.levelOfDetail = {};
+        }
+      }
+      for (const { crowd, alone } of sides) {
+        crowd.stepAll(poses, 1 / 60);
+        alone.step(poses[0], 1 / 60);
+      }
+      await Promise.all([there.crowd, there.alone].map((part) => part.whenAnswered()));
+      const avatars = [...here.crowd.avatars, here.alone];
+      for (const [idx, avatar] of [...there.crowd.avatars, there.alone].entries()) {
+        const expected = avatars[idx].positions as Float32Array;
+        expected.forEach((value, at) => {
+          if (value !== avatar.positions[at]) differing += 1;
+        });
+        for (const value of avatar.offsets) largestM = Math.max(largestM, Math.abs(value));
+      }
+    }
+    const { full, half, asleep } = there.crowd.report;
+    inWorker.dispose();
+    return { largestM, differing, details: { full, half, asleep } };
+  });
+  console.log(`offsets in the worker's crowd to ${(seen.largestM * 1000).toFixed(1)} mm`);
+  expect(seen.largestM).toBeGreaterThan(1e-3);
+  expect(seen.differing).toBe(0);
+  expect(seen.details).toEqual({ full: 1, half: 1, asleep: 0 });
+});
+
+test("a worker that is silent, or is ended while a call waits, is an error", async ({ page }) => {
+  await page.route("**/silent.js", (route) =>
+    route.fulfill({ contentType: "text/javascript", body: "onmessage = () => {};" }),
+  );
+  await page.goto(`${REPOSITORY_URL}/blank`);
+  const codes = await page.evaluate(async () => {
+    const { createWorkerModel } = await import(`${location.origin}/web/sdk/dist/worker/index.js`);
+    const { restPose } = await import(`${location.origin}/web/sdk/dist/index.js`);
+    const codeOf = (promise: Promise<unknown>) =>
+      promise.then(
+        () => "none",
+        (error) => error.code,
+      );
+    const model = "/models/female/";
+    const createWorker = () => new Worker("/silent.js", { type: "module" });
+    const silent = await codeOf(createWorkerModel({ model, createWorker, timeoutMs: 500 }));
+    let worker: Worker | undefined;
+    const lost = await createWorkerModel({
+      model,
+      createWorker: () => {
+        worker = new Worker("/web/sdk/dist/worker/thread.js", { type: "module" });
+        return worker;
+      },
+      timeoutMs: 3000,
+    });
+    const avatar = await lost.createAvatar();
+    avatar.step(restPose(), 1 / 60);
+    worker?.terminate();
+    const waiting = [avatar.save(), avatar.whenAnswered(), lost.createCrowd()];
+    const ended = await Promise.all(waiting.map(codeOf));
+    lost.dispose();
+    return { silent, ended };
+  });
+  expect(codes).toEqual({ silent: "worker", ended: ["worker", "worker", "worker"] });
+});
+
 test("a worker hands back errors, and goes on", async ({ page }) => {
   await page.goto(`${REPOSITORY_URL}/blank`);
   const codes = await page.evaluate(async () => {

@@ -3,6 +3,11 @@ export default {
   base: "/dist-vite/",
   build: {
     outDir: "dist-vite",
-    rolldownOptions: { input: ["index.html", "worker.html", "readme.html", "renderer.html"] },
+    rolldownOptions: {
+      input: ["index.html", "worker.html", "readme.html", "renderer.html", "src/thread.js"],
+      output: {
+        entryFileNames: ({ name }) => (name === "thread" ? "[name].js" : "assets/[name]-[hash].js"),
+      },
+    },
   },
 };

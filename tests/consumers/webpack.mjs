@@ -7,7 +7,7 @@ webpack(
     mode: "production",
     performance: false,
     context: folder,
-    entry: { main: "./src/main.js", worker: "./src/worker.js" },
+    entry: { main: "./src/main.js", worker: "./src/worker.js", thread: "./src/thread.js" },
     output: { path: `${folder}/dist-webpack`, publicPath: "/dist-webpack/" },
   },
   (error, stats) => {

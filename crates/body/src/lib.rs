@@ -13,18 +13,20 @@
 pub mod build;
 mod error;
 mod glb;
+mod materials;
 mod model;
 mod normals;
 mod parts;
 mod region;
 mod sex;
-mod skeleton;
 mod skinning;
 #[cfg(feature = "smpl")]
 mod smpl;
 
+pub use dynaskin_skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};
 pub use error::BodyError;
 pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};
+pub use materials::Materials;
 pub use model::{
     BodyModel, LEAST_THICKNESS_M, SHAPE_COUNT, SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
 };
@@ -32,7 +34,6 @@ pub use normals::{vertex_normals, vertex_normals_into};
 pub use parts::PARTS;
 pub use region::{REGION_COUNT, Region};
 pub use sex::Sex;
-pub use skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};
 pub use skinning::{
     SkinMatrices, Unposing, skin_dual_quaternion, skin_linear, unpose_dual_quaternion,
     unpose_linear,

@@ -1,4 +1,4 @@
-//! `dynaskin train --method` and `dynaskin evaluate --report` on a few simulated frames.
+//! `dynaskin train METHOD` and `dynaskin evaluate --report` on a few simulated frames.
 
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
@@ -71,13 +71,13 @@ fn the_whole_report_has_its_sections_and_files() {
     simulate(&data, "hop-190-090__s0,shake-hips-144-040__s0", "40");
     simulate(&data, "jumping-jacks-090-070__s0", "140");
     let body = body.to_str().unwrap();
-    let train = ["train", "--data", &data, "--body", body];
+    let train = ["--data", &data, "--body", body];
     let small = ["--epochs", "2", "--encoding", "16", "--springs", "24"];
     let smaller = ["--hidden", "12", "--components", "24", "--out", &model];
-    printed(&[&train[..], &small, &smaller].concat());
+    printed(&[&["train"], &train[..], &small, &smaller].concat());
     let springs = path("model/methods/spring-bones");
-    let method = ["--method", "spring-bones", "--without-body"];
-    printed(&[&train[..], &method, &["--out", &springs]].concat());
+    let method = ["train", "spring-bones", "--without-body"];
+    printed(&[&method[..], &train, &["--out", &springs]].concat());
 
     let (report, subspaces) = (path("report.html"), path("subspaces.csv"));
     fs::write(
@@ -183,9 +183,9 @@ fn other_vertices_and_another_body_are_refused() {
     let (data, model, report) = (path("data"), path("model"), path("report.html"));
     simulate(&data, "hop-190-090__s0,jumping-jacks-090-070__s0", "20");
     let body = female_body();
-    let train = ["train", "--data", &data, "--body", body.to_str().unwrap()];
-    let method = ["--method", "spring-bones", "--out", &model];
-    printed(&[&train[..], &method].concat());
+    let train = ["train", "spring-bones", "--data", &data];
+    let more = ["--body", body.to_str().unwrap(), "--out", &model];
+    printed(&[train, more].concat());
     let compared = path("model/methods/compared");
     fs::create_dir_all(&compared).unwrap();
     for file in ["predictor.onnx", "decoder.onnx"] {
@@ -258,12 +258,11 @@ fn a_method_is_trained_and_stands_in_a_report_beside_static() {
     simulate(&data, "hop-190-090__s0,jumping-jacks-090-070__s0", "40");
     let train = [
         "train",
+        "spring-bones",
         "--data",
         &data,
         "--body",
         body,
-        "--method",
-        "spring-bones",
         "--out",
     ];
     printed(&[&train[..], &[&model]].concat());

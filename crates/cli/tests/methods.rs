@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use dynaskin_evaluate::Method;
 use dynaskin_sim::ClipData;
-use dynaskin_train::Method;
 use tempfile::TempDir;
 
 /// One clip to learn from, one that decides when to stop, and one that is held out.
@@ -92,15 +92,7 @@ fn every_method_trains_and_gives_a_bundle_that_plays() {
     for method in Method::ALL {
         let out = folder.path().join(method.name());
         let body = body_of("female");
-        let mut arguments = vec![
-            "train",
-            "--method",
-            method.name(),
-            "--data",
-            data,
-            "--body",
-            &body,
-        ];
+        let mut arguments = vec!["train", method.name(), "--data", data, "--body", &body];
         arguments.extend(["--out", out.to_str().unwrap()]);
         // As small as a network can be and still be one.
         let small: &[&str] = match method {
@@ -128,8 +120,6 @@ fn every_method_trains_and_gives_a_bundle_that_plays() {
                 "--channels",
                 "4",
                 "4",
-                "--components",
-                "6",
             ],
             Method::Dynaskin => &[
                 "--epochs",
@@ -156,6 +146,36 @@ fn every_method_trains_and_gives_a_bundle_that_plays() {
         assert_eq!(measured["set"], "unseen-motion", "{method:?}");
         let ratio = measured["soft"]["ratio"].as_f64().unwrap_or(f64::NAN);
         assert!(ratio.is_finite() && ratio > 0.0, "{method:?}: {ratio}");
+    }
+}
+
+#[test]
+fn an_option_of_another_method_is_refused() {
+    let rest = ["--data", "clips", "--body", "body.glb", "--out", "model"];
+    for (method, option) in [
+        ("dmpl", &["--springs", "500"][..]),
+        ("dmpl", &["--published-size"]),
+        ("spring-bones", &["--components", "20"]),
+        ("casas-otaduy", &["--strides", "2", "2", "2", "2"]),
+        ("dsnet", &["--rollout", "8"]),
+        ("dsnet-rbf", &["--components", "6"]),
+        ("dynaskin", &["--published-size"]),
+    ] {
+        let after = refused(&[&["train", method][..], &rest, option].concat());
+        let told = format!("unexpected argument '{}' found", option[0]);
+        assert!(after.contains(&told), "{method}: {after}");
+    }
+    // Without a method's name our own is meant, whose options go with no other one.
+    let guest = refused(&[&["train"][..], &rest, &["--published-size"]].concat());
+    assert!(
+        guest.contains("unexpected argument '--published-size'"),
+        "{guest}"
+    );
+    let before = refused(&[&["train", "--springs", "500", "dmpl"][..], &rest].concat());
+    assert!(before.contains("cannot be used with"), "{before}");
+    let nothing = refused(&["train"]);
+    for option in ["--data", "--body", "--out"] {
+        assert!(nothing.contains(option), "{nothing}");
     }
 }
 
@@ -217,11 +237,13 @@ fn what_cannot_be_learned_from_is_told() {
     }
 
     // A method without epochs says so instead of going by fewer settings than it was given.
-    let error = train(data(), &female, &["--method", "dmpl", "--patience", "3"]);
-    assert!(
-        error.contains("--epochs") && error.contains("--patience"),
-        "no epochs: {error}"
-    );
+    for option in ["--epochs", "--patience"] {
+        let error = refused(&["train", "dmpl", option, "3"]);
+        assert!(
+            error.contains(&format!("unexpected argument '{option}'")),
+            "no epochs: {error}"
+        );
+    }
 
     // Offsets that are no numbers.
     let broken = copied_data();
@@ -239,7 +261,8 @@ fn what_cannot_be_learned_from_is_told() {
         "not a number: {error}"
     );
 
-    let error = train(data(), &female, &["--method", "crystal-ball"]);
+    let error = refused(&["train", "crystal-ball"]);
+    assert!(error.contains("unrecognized subcommand"), "{error}");
     assert!(
         Method::ALL
             .iter()

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use dynaskin_body::Pose;
+use dynaskin_skeleton::Pose;
 
 use crate::clock::{INTERVALS, SourceClock};
 use crate::cut::{Step, is_cut, is_sudden_stop};

@@ -3,7 +3,7 @@
 //! The limits of a snap turn and of a start are first guesses and not yet measured on captures, as
 //! those of the tissue's clock were. They are asked only where poses are being conditioned.
 
-use dynaskin_body::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::DVec3;
 
 use crate::path::turn_between;

@@ -1,6 +1,6 @@
 //! The way between poses of the source: cubics in Hermite's form.
 
-use dynaskin_body::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::{DQuat, DVec3};
 
 /// How fast a pose changes.

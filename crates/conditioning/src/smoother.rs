@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use dynaskin_body::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::{DQuat, DVec3};
 
 use crate::path::{Knot, Rates, turn_between};

@@ -2,9 +2,9 @@
 
 #![allow(clippy::print_stdout)] // The measured numbers are for people to read.
 
-use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use dynaskin_conditioning::{Conditioner, PoseSource};
 use dynaskin_motion::{Clip, Procedural, ProceduralKind};
+use dynaskin_skeleton::{JOINT_COUNT, Joint, Pose};
 use glam::{DQuat, DVec3, Vec3};
 
 const TICK: f64 = 1.0 / 60.0;

@@ -11,7 +11,7 @@ pub enum Rigidity {
     /// From the softness s of the body model: `1 / (1 + (s / 0.05)²)`. Skin moves about in
     /// proportion to its softness and a scan errs by about a twentieth of what wholly soft skin
     /// moves: these are the inverse variances. With `1 - s` half-soft skin drags the joints along
-    /// (ARCHITECTURE, "Fitting"). For bodies with soft regions.
+    /// (docs/design/fitting.md). For bodies with soft regions.
     Body,
     /// From the scans: after a first fit with equal weights, skin that keeps its place in the rest
     /// pose is rigid, skin that moves there is not. For SMPL-family bodies, which have no regions.

@@ -5,9 +5,6 @@ use glam::{DQuat, DVec3};
 
 use crate::MotionError;
 
-/// The rate at which simulator, training and runtime tick, in hertz.
-pub const MODEL_RATE_HZ: f64 = 60.0;
-
 /// Largest number of frames of a clip: nearly an hour at 60 Hz, about 160 MB of poses, which a
 /// phone's browser still gives.
 pub const MAX_CLIP_FRAMES: usize = 200_000;

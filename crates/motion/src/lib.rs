@@ -15,7 +15,8 @@ mod retarget;
 #[cfg(feature = "amass")]
 pub use amass::{Amass, UpAxis};
 pub use bvh::{Bvh, BvhJoint, Channel, MAX_BVH_JOINTS, MAX_JOINT_CHANNELS};
-pub use clip::{Clip, MAX_CLIP_FRAMES, MODEL_RATE_HZ};
+pub use clip::{Clip, MAX_CLIP_FRAMES};
+pub use dynaskin_skeleton::MODEL_RATE_HZ;
 pub use error::MotionError;
 pub use file::MotionFile;
 pub use glb::GltfMotion;

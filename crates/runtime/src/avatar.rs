@@ -3,19 +3,17 @@
 use std::sync::Arc;
 
 use dynaskin_body::{JOINT_COUNT, Pose, Region, SHAPE_COUNT, SkinMatrices};
-use dynaskin_conditioning::{Conditioner, Diagnosis, PoseSource};
+use dynaskin_conditioning::{Diagnosis, PoseSource};
 use glam::{Mat4, Vec3};
 
 use crate::RuntimeError;
-use crate::clock::{Settled, TickClock};
 use crate::controls::{Controls, in_range};
-use crate::engine::{self, Engine};
-use crate::figure::Figure;
 use crate::model::Model;
-use crate::presence::{Planned, Presence};
-use crate::skin;
+use crate::pipeline::{Member, Pipeline, StageSeconds, Stopwatch};
+use crate::shapes::ShapedModel;
 use crate::state::{Reader, Writer};
-use crate::surface::{Surface, VertexControls};
+use crate::surface::{Surface, VertexControls, skinning, vertex_controls};
+use crate::timeline::{Change, Detail, Settled, Showing, Shown, Timeline};
 use crate::tissue::Tissue;
 
 /// Smallest scale of an avatar.
@@ -38,53 +36,33 @@ pub struct StepReport {
     pub seconds: StageSeconds,
 }
 
-/// Time spent per stage of a step, in the stopwatch's seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StageSeconds {
-    /// Kinematics and features of all ticks.
-    pub features: f64,
-    /// The predictor, all ticks.
-    pub predict: f64,
-    /// The decoder, once.
-    pub decode: f64,
-    /// Gains, scattering, rest positions and normals.
-    pub apply: f64,
-    /// Forward kinematics and skin matrices; positions and normals where [`Avatar::skin`] was
-    /// called.
-    pub skin: f64,
-}
-
-/// A stopwatch of the host: seconds since any fixed instant.
-pub type Stopwatch<'a> = &'a mut dyn FnMut() -> f64;
-
 /// One body, stepped by its host.
 ///
 /// After an error the avatar is still good: the host can go on with the next pose.
 #[derive(Debug)]
 pub struct Avatar {
-    pub(crate) model: Arc<Model>,
-    pub(crate) figure: Arc<Figure>,
-    pub(crate) surface: Surface,
-    pub(crate) clock: TickClock,
-    /// Puts poses on their source's clock before they reach the tissue's.
-    pub(crate) conditioner: Conditioner,
-    pub(crate) tissue: Option<Tissue>,
-    /// Runs the networks where the avatar is stepped by itself; made with the first such step.
-    engine: Option<Box<Engine>>,
-    /// The step at hand.
-    pub(crate) planned: Planned,
-    pub(crate) presence: Presence,
-    /// Whether the tissue must be settled before it can be ticked.
-    pub(crate) unsettled: bool,
-    pub(crate) enabled: bool,
-    /// Metres of the world in a metre of the body.
-    pub(crate) scale: f64,
+    model: Arc<Model>,
+    shaped: Arc<ShapedModel>,
+    timeline: Timeline,
+    /// None without networks: the avatar is then plainly skinned.
+    soft: Option<Soft>,
+    surface: Surface,
+    revision: u32,
     controls: Controls,
-    vertex_controls: Vec<VertexControls>,
-    pub(crate) skin: SkinMatrices,
-    pub(crate) skin_matrices: [Mat4; JOINT_COUNT],
+    skin: SkinMatrices,
+    skin_matrices: [Mat4; JOINT_COUNT],
     skinned_positions_m: Vec<Vec3>,
     skinned_normals: Vec<Vec3>,
+}
+
+/// What an avatar has where its model has networks.
+#[derive(Debug)]
+struct Soft {
+    tissue: Tissue,
+    /// Of each soft vertex.
+    vertex_controls: Vec<VertexControls>,
+    /// Runs the networks where the avatar is stepped by itself; made with the first such step.
+    pipeline: Option<Box<Pipeline>>,
 }
 
 impl Avatar {
@@ -94,26 +72,23 @@ impl Avatar {
     /// [`RuntimeError::InvalidShape`]; [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]
     /// from running the networks at rest.
     pub fn new(model: Arc<Model>, shape: &[f32]) -> Result<Self, RuntimeError> {
-        let figure = model.figure(checked_shape(shape)?)?;
+        let shaped = model.shaped(checked_shape(shape)?)?;
         let vertex_count = model.body().vertex_count();
-        let tissue = figure.rest.as_ref();
-        let tissue = tissue.map(|rest| Tissue::new(model.feature_kind(), &figure, rest));
-        let skin = SkinMatrices::new(&Pose::REST, &figure.joints_rest_m);
-        let mut avatar = Self {
-            surface: Surface::new(&figure),
-            figure,
-            clock: TickClock::default(),
-            conditioner: Conditioner::default(),
-            tissue,
-            engine: None,
-            planned: Planned::default(),
-            presence: Presence::default(),
-            unsettled: true,
-            enabled: true,
-            scale: 1.0,
-            controls: Controls::default(),
+        let soft = model.soft().zip(shaped.tissue.as_ref());
+        let soft = soft.map(|(soft, rest)| Soft {
+            tissue: Tissue::new(soft.feature_kind(), rest),
             vertex_controls: vec![VertexControls::NONE; model.soft_vertices().len()],
-            skin_matrices: skin::matrices(&skin),
+            pipeline: None,
+        });
+        let skin = SkinMatrices::new(&Pose::REST, &shaped.joints_rest_m);
+        let mut avatar = Self {
+            surface: Surface::new(&shaped.surface),
+            shaped,
+            timeline: Timeline::default(),
+            soft,
+            revision: 0,
+            controls: Controls::default(),
+            skin_matrices: skinning::matrices(&skin),
             skin,
             skinned_positions_m: vec![Vec3::ZERO; vertex_count],
             skinned_normals: vec![Vec3::ZERO; vertex_count],
@@ -149,14 +124,18 @@ impl Avatar {
         stopwatch: Stopwatch<'_>,
     ) -> Result<StepReport, RuntimeError> {
         self.plan(pose, dt_seconds)?;
-        let mut engine = self.engine.take();
-        if engine.is_none()
-            && let Some(networks) = self.model.networks()
-        {
-            engine = Some(Box::new(Engine::new(networks)?));
+        let pipeline = match (&mut self.soft, self.model.soft()) {
+            (Some(own), Some(soft)) => Some(match own.pipeline.take() {
+                Some(pipeline) => pipeline,
+                None => Box::new(Pipeline::new(&soft.networks)?),
+            }),
+            _ => None,
+        };
+        let mut pipeline = pipeline;
+        let stepped = step_all(pipeline.as_deref_mut(), &mut [self], stopwatch);
+        if let Some(soft) = &mut self.soft {
+            soft.pipeline = pipeline;
         }
-        let stepped = engine::step(engine.as_deref_mut(), &mut [self], stopwatch);
-        self.engine = engine;
         Ok(StepReport {
             seconds: stepped?,
             ..self.report()
@@ -168,14 +147,22 @@ impl Avatar {
     /// # Errors
     /// As [`Self::new`]; the avatar keeps its shape.
     pub fn set_shape(&mut self, shape: &[f32]) -> Result<(), RuntimeError> {
-        let figure = self.model.figure(checked_shape(shape)?)?;
-        if let Some(tissue) = &mut self.tissue {
-            tissue.set_figure(&figure);
+        let shaped = self.model.shaped(checked_shape(shape)?)?;
+        if let (Some(soft), Some(rest)) = (&mut self.soft, &shaped.tissue) {
+            soft.tissue.set_rest(rest);
         }
-        self.surface.set_figure(self.model.topology(), &figure);
-        self.figure = figure;
+        self.surface
+            .set_rest(self.model.topology(), &shaped.surface);
+        self.shaped = shaped;
+        self.revision = self.revision.wrapping_add(1);
         self.apply();
         Ok(())
+    }
+
+    /// Counts the shapes that the avatar was given: another number after every [`Self::set_shape`] and
+    /// [`Self::restore`], so that whoever depends on the shape need not compare it.
+    pub fn revision(&self) -> u32 {
+        self.revision
     }
 
     /// Changes all controls; what is shown follows at once. The networks run on at a strength of 0,
@@ -187,8 +174,12 @@ impl Avatar {
     /// regions swing. The avatar keeps its controls.
     pub fn set_controls(&mut self, controls: &Controls) -> Result<(), RuntimeError> {
         controls.check()?;
-        if let Some(tissue) = &mut self.tissue {
-            tissue.set_controls(&self.model, controls)?;
+        if let (Some(own), Some(soft)) = (&mut self.soft, self.model.soft()) {
+            let shares = controls.shares(soft.feature_kind());
+            let filters = soft.filters(self.model.body(), &shares)?;
+            let root_inertia = controls.root_inertia.into();
+            own.tissue
+                .set_controls(&shares.materials, filters, root_inertia);
         }
         self.controls = *controls;
         self.update_vertex_controls();
@@ -229,26 +220,17 @@ impl Avatar {
     /// # Errors
     /// [`RuntimeError::InvalidControl`] outside [`MIN_SCALE`]..=[`MAX_SCALE`].
     pub fn set_scale(&mut self, scale: f64) -> Result<(), RuntimeError> {
-        in_range(
-            "the scale",
-            scale as f32,
-            MIN_SCALE as f32,
-            MAX_SCALE as f32,
-        )?;
-        let ratio = self.scale / scale;
-        self.clock.rescale(ratio);
-        // The next poses are in another unit; held ones must not be mixed with them.
-        self.conditioner.reset();
-        if let Some(tissue) = &mut self.tissue {
-            tissue.rescale(ratio);
+        check_scale(scale)?;
+        let ratio = self.timeline.set_scale(scale);
+        if let Some(soft) = &mut self.soft {
+            soft.tissue.rescale(ratio);
         }
-        self.scale = scale;
         Ok(())
     }
 
     /// Metres of the world in a metre of the body.
     pub fn scale(&self) -> f64 {
-        self.scale
+        self.timeline.scale()
     }
 
     /// Shows offsets that the host knows, such as recorded ones, on an avatar without networks; they
@@ -262,7 +244,7 @@ impl Avatar {
     /// avatar with networks; what was shown stays.
     pub fn show_offsets(&mut self, offsets_rest_m: &[f32]) -> Result<(), RuntimeError> {
         let invalid = |problem: String| RuntimeError::InvalidOffsets { problem };
-        if self.model.networks().is_some() {
+        if self.soft.is_some() {
             return Err(invalid(
                 "this avatar has networks that move its skin".into(),
             ));
@@ -278,48 +260,128 @@ impl Avatar {
             return Err(invalid(format!("number {idx} is {}", offsets_rest_m[idx])));
         }
         self.surface
-            .show(self.model.topology(), &self.figure, offsets_rest_m);
+            .show(self.model.topology(), &self.shaped.surface, offsets_rest_m);
         Ok(())
     }
 
     /// Switches the tissue off, which saves its cost, or on, after which it starts settled.
     /// [`Self::set_strength`] compares with and without tissue in mid-motion.
     pub fn set_enabled(&mut self, enabled: bool) {
-        if self.enabled && !enabled {
-            self.surface.clear(&self.figure);
+        if self.timeline.enabled() && !enabled {
+            self.surface.clear(&self.shaped.surface);
         }
-        self.unsettled |= self.enabled != enabled;
-        self.enabled = enabled;
+        self.timeline.set_enabled(enabled);
     }
 
     /// Whether the tissue is switched on.
     pub fn enabled(&self) -> bool {
-        self.enabled
+        self.timeline.enabled()
     }
 
     /// The next pose counts as the first.
     pub fn reset(&mut self) {
-        self.clock.reset();
-        self.conditioner.reset();
-        self.unsettled = true;
+        self.timeline.reset();
     }
 
-    /// Where poses come from, which decides how they are put on an even clock and whether noise is
-    /// taken off. The next pose counts as the first.
+    /// How much work the tissue is worth.
+    pub fn detail(&self) -> Detail {
+        self.timeline.visibility.detail
+    }
+
+    /// Changes that. A [`crate::Crowd`] with a level of detail does it by itself.
+    pub fn set_detail(&mut self, detail: Detail) {
+        let change = self.timeline.change_visibility(|seen| seen.detail = detail);
+        self.take_change(change);
+    }
+
+    /// Whether anybody sees the avatar.
+    pub fn visible(&self) -> bool {
+        self.timeline.visibility.visible
+    }
+
+    /// Says whether anybody sees the avatar. Out of sight its tissue costs nothing and its surface
+    /// stays as it is; steps go on moving the skeleton, but may also be left out. The first step
+    /// back in sight shows, at once, tissue that has settled in that step's pose.
+    pub fn set_visible(&mut self, visible: bool) {
+        let change = self
+            .timeline
+            .change_visibility(|seen| seen.visible = visible);
+        self.take_change(change);
+    }
+
+    /// Metres from the camera as the host last said, by which a [`crate::Crowd`] chooses the detail.
+    pub fn distance_m(&self) -> f64 {
+        self.timeline.visibility.distance_m
+    }
+
+    /// Says how far the avatar is from the camera, in metres.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidDistance`] for a negative number or NaN.
+    pub fn set_distance_m(&mut self, distance_m: f64) -> Result<(), RuntimeError> {
+        if distance_m >= 0.0 {
+            self.timeline.visibility.distance_m = distance_m;
+            Ok(())
+        } else {
+            Err(RuntimeError::InvalidDistance { got: distance_m })
+        }
+    }
+
+    /// Shows the next surface of half detail at tick `ticks` from now.
+    pub(crate) fn take_turn(&mut self, ticks: usize) {
+        self.timeline.visibility.take_turn(ticks);
+    }
+
+    fn take_change(&mut self, change: Option<Change>) {
+        match (change, &mut self.soft) {
+            (Some(Change::FadesOut), Some(soft)) => soft.tissue.begin_fading_out(),
+            (Some(Change::Clears), soft) => {
+                if let Some(soft) = soft {
+                    soft.tissue.clear();
+                }
+                self.surface.clear(&self.shaped.surface);
+            }
+            _ => {}
+        }
+    }
+
+    /// Checks a step to `pose` (in metres of the world) and decides what happens in it.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidTimeStep`]: nothing has changed.
+    pub(crate) fn plan(&mut self, pose: &Pose, dt_seconds: f64) -> Result<(), RuntimeError> {
+        self.timeline.plan(pose, dt_seconds)
+    }
+
+    /// What became of the last step.
+    pub(crate) fn report(&self) -> StepReport {
+        let (ticks, settled) = self.timeline.report();
+        StepReport {
+            ticks,
+            settled,
+            seconds: StageSeconds::default(),
+        }
+    }
+
+    /// Whether the last step changed the surface.
+    pub(crate) fn has_shown(&self) -> bool {
+        self.timeline.has_shown()
+    }
+
+    /// Says where poses come from, which decides how they are put on an even clock and whether noise is
+    /// taken off. The next pose counts as the first. The source is the host's: no saved state holds it.
     pub fn set_pose_source(&mut self, source: PoseSource) {
-        self.conditioner.set_source(source);
-        self.clock.reset();
-        self.unsettled = true;
+        self.timeline.set_source(source);
     }
 
     /// Where poses come from.
     pub fn pose_source(&self) -> PoseSource {
-        self.conditioner.source()
+        self.timeline.source()
     }
 
     /// What was found out about the source of poses, and how late the tissue is for it.
     pub fn source_diagnosis(&self) -> Diagnosis {
-        self.conditioner.diagnosis()
+        self.timeline.diagnosis()
     }
 
     /// The model.
@@ -329,12 +391,12 @@ impl Avatar {
 
     /// Shape coefficients β in standard deviations.
     pub fn shape(&self) -> &[f32; SHAPE_COUNT] {
-        &self.figure.shape
+        &self.shaped.shape
     }
 
     /// Rest joint positions of the shape, in metres.
     pub fn joints_rest_m(&self) -> &[Vec3; JOINT_COUNT] {
-        &self.figure.joints_rest_m
+        &self.shaped.joints_rest_m
     }
 
     /// Offsets of all vertices in the rest pose, in metres, after gains and limits.
@@ -361,7 +423,7 @@ impl Avatar {
     /// Skins positions and normals to the last pose with linear blend skinning. Hosts that skin on
     /// a GPU do not need it.
     pub fn skin(&mut self) -> (&[Vec3], &[Vec3]) {
-        skin::blend(
+        skinning::blend(
             &self.model.body().skin,
             &self.skin,
             (&self.surface.positions_m, &self.surface.normals),
@@ -379,15 +441,13 @@ impl Avatar {
     /// time steps after [`Self::restore`] give the same numbers, bit by bit.
     /// The level of detail and visibility are the host's and not in it.
     pub fn save(&self) -> Vec<u8> {
-        let mut writer = Writer::new(&self.model);
-        writer.floats(&self.figure.shape);
-        writer.double(self.scale);
+        let mut writer = Writer::new(&self.model.fingerprint());
+        writer.floats(&self.shaped.shape);
+        writer.double(self.timeline.scale());
         self.controls.write(&mut writer);
-        writer.flag(self.enabled);
-        writer.flag(self.unsettled);
-        self.clock.write(&mut writer);
-        if let Some(tissue) = &self.tissue {
-            tissue.write(&mut writer);
+        self.timeline.write(&mut writer);
+        if let Some(soft) = &self.soft {
+            soft.tissue.write(&mut writer);
         }
         writer.finish()
     }
@@ -400,21 +460,18 @@ impl Avatar {
     /// or with another model; [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidShape`],
     /// [`RuntimeError::InvalidControl`] for what cannot be used in them. The avatar stays as it was.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RuntimeError> {
-        let mut reader = Reader::new(&self.model, bytes)?;
+        let mut reader = Reader::new(&self.model.fingerprint(), bytes)?;
         let shape = checked_shape(&reader.floats(SHAPE_COUNT)?)?;
         let scale = reader.double()?;
         check_scale(scale)?;
         let controls = Controls::read(&mut reader)?;
         controls.check()?;
-        let (enabled, unsettled) = (reader.flag()?, reader.flag()?);
-        let clock = TickClock::read(&mut reader)?;
-        let memory = match (&self.tissue, self.model.networks()) {
-            (Some(tissue), Some(networks)) => {
+        let time = Timeline::read(&mut reader, scale)?;
+        let memory = match (&self.soft, self.model.soft()) {
+            (Some(own), Some(soft)) => {
                 let joints_rest_m = self.model.body().shaped(&shape).joints_m;
-                let shares = controls.shares(self.model.feature_kind());
-                let responds = !shares.are_predicted();
-                let predictor = &networks.predictor;
-                Some(tissue.read(predictor, &mut reader, &joints_rest_m, responds)?)
+                let responds = !controls.shares(soft.feature_kind()).are_predicted();
+                Some(own.tissue.read(&mut reader, &joints_rest_m, responds)?)
             }
             _ => None,
         };
@@ -422,41 +479,130 @@ impl Avatar {
 
         self.set_shape(&shape)?;
         self.set_controls(&controls)?;
-        self.scale = scale;
-        self.clock = clock;
-        self.conditioner.reset();
-        self.set_enabled(enabled);
-        self.unsettled = unsettled;
-        if let (Some(tissue), Some(memory)) = (&mut self.tissue, memory) {
-            tissue.remember(memory);
+        self.set_enabled(time.enabled);
+        self.timeline.remember(time);
+        if let (Some(soft), Some(memory)) = (&mut self.soft, memory) {
+            soft.tissue.remember(memory);
         }
         self.apply();
-        if let Some(pose) = self.clock.pose() {
-            self.skin = skin::scaled(pose, &self.figure.joints_rest_m, self.scale);
-            self.skin_matrices = skin::matrices(&self.skin);
+        if let Some(pose) = self.timeline.pose() {
+            let scale = self.timeline.scale();
+            self.skin = skinning::scaled(pose, &self.shaped.joints_rest_m, scale);
+            self.skin_matrices = skinning::matrices(&self.skin);
         }
         Ok(())
     }
 
-    pub(crate) fn apply(&mut self) {
-        if !self.enabled {
+    /// Brings the surface to what the tissue shows.
+    fn apply(&mut self) {
+        if !self.timeline.enabled() {
             return;
         }
-        if let Some(tissue) = &self.tissue {
+        if let Some(soft) = &self.soft {
             self.surface.apply(
                 self.model.topology(),
-                &self.figure,
+                &self.shaped.surface,
                 self.model.soft_vertices(),
-                tissue.shown_m(),
-                &self.vertex_controls,
+                soft.tissue.shown_m(),
+                &soft.vertex_controls,
             );
         }
     }
 
     fn update_vertex_controls(&mut self) {
-        self.model
-            .vertex_controls(&self.controls, &mut self.vertex_controls);
+        if let Some(soft) = &mut self.soft {
+            vertex_controls(
+                self.model.body(),
+                self.model.soft_vertices(),
+                &self.controls,
+                &mut soft.vertex_controls,
+            );
+        }
     }
+
+    /// Ends the step: the clock moves on and the skeleton with it.
+    fn commit(&mut self) {
+        let scale = self.timeline.scale();
+        let pose = self.timeline.commit();
+        self.skin = skinning::scaled(pose, &self.shaped.joints_rest_m, scale);
+        self.skin_matrices = skinning::matrices(&self.skin);
+    }
+}
+
+impl Member for Avatar {
+    fn begin_settling(&mut self) -> Option<&mut Tissue> {
+        let tissue = &mut self.soft.as_mut()?.tissue;
+        tissue.begin_settling(self.timeline.settling_pose()?);
+        Some(tissue)
+    }
+
+    fn begin_tick(&mut self, index: usize) -> Option<&mut Tissue> {
+        let tissue = &mut self.soft.as_mut()?.tissue;
+        tissue.feel(&self.timeline.tick_pose(index)?);
+        Some(tissue)
+    }
+
+    fn begin_showing(&mut self) -> Option<&mut Tissue> {
+        let tissue = &mut self.soft.as_mut()?.tissue;
+        let decodes = match self.timeline.begin_showing()? {
+            Showing::Settled => {
+                tissue.settle();
+                true
+            }
+            Showing::Between(phase) => tissue.begin_showing(phase),
+        };
+        decodes.then_some(tissue)
+    }
+
+    fn show(&mut self) {
+        let Some(soft) = &mut self.soft else {
+            return;
+        };
+        let changed = match self.timeline.shown() {
+            Some(Shown::FadesOut(dt_seconds)) => soft.tissue.fade_out(dt_seconds),
+            Some(Shown::Settled { fades }) => {
+                soft.tissue.show_settled(fades);
+                true
+            }
+            Some(Shown::Moved(seconds)) => {
+                soft.tissue.show(seconds);
+                true
+            }
+            None => false,
+        };
+        if changed {
+            self.apply();
+        }
+    }
+}
+
+/// Moves `avatars` of one model on by the steps they have planned. Without networks there is no
+/// `pipeline`.
+///
+/// # Errors
+/// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: some surfaces may have moved on, and
+/// for all avatars the next pose counts as the first.
+pub(crate) fn step_all(
+    pipeline: Option<&mut Pipeline>,
+    avatars: &mut [&mut Avatar],
+    stopwatch: Stopwatch<'_>,
+) -> Result<StageSeconds, RuntimeError> {
+    let mut seconds = StageSeconds::default();
+    if let Some(pipeline) = pipeline
+        && let Err(error) = pipeline.run(avatars, &mut seconds, stopwatch)
+    {
+        // The states may be halfway between two ticks.
+        for avatar in avatars {
+            avatar.reset();
+        }
+        return Err(error);
+    }
+    let start = stopwatch();
+    for avatar in avatars.iter_mut() {
+        avatar.commit();
+    }
+    seconds.skin = stopwatch() - start;
+    Ok(seconds)
 }
 
 fn checked_shape(shape: &[f32]) -> Result<[f32; SHAPE_COUNT], RuntimeError> {

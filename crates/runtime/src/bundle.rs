@@ -82,7 +82,7 @@ impl Bundle {
     }
 
     fn check(&self) -> Result<(), RuntimeError> {
-        if (self.rate_hz - dynaskin_motion::MODEL_RATE_HZ).abs() > 1e-9 {
+        if (self.rate_hz - dynaskin_skeleton::MODEL_RATE_HZ).abs() > 1e-9 {
             return Err(field("rate_hz", "60", self.rate_hz));
         }
         let features = self.feature_kind.count();

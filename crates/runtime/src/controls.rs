@@ -5,13 +5,23 @@ use dynaskin_body::{REGION_COUNT, Region};
 use crate::RuntimeError;
 use crate::features::{FeatureKind, Materials};
 use crate::state::{Reader, Writer};
-use crate::surface::OFFSET_LIMIT_M;
+
+/// No offset is longer than this, in metres, whatever the networks and controls say. Offsets up to
+/// half of it are left alone: tissue of an adult does not move further against its bones in any
+/// motion of the training data.
+pub const OFFSET_LIMIT_M: f32 = 0.20;
 
 /// Largest strength, region gain and root inertia.
 pub const MAX_GAIN: f32 = 4.0;
 
 /// Largest stiffness and damping of a region; the smallest is its inverse.
 pub const MAX_RESPONSE: f32 = 10.0;
+
+/// Stiffness factors that networks learn from (`dynaskin simulate --vary-materials`).
+const LEARNED_STIFFNESS: std::ops::RangeInclusive<f32> = 0.5..=2.0;
+
+/// The same of the damping ratio.
+const LEARNED_DAMPING: std::ops::RangeInclusive<f32> = 0.625..=1.6;
 
 /// How the soft tissue of one region behaves, relative to what the networks predict.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,11 +180,11 @@ impl Controls {
             return shares;
         }
         for (index, left) in shares.left.iter_mut().enumerate() {
-            let learned = clamped(left.stiffness, Materials::LEARNED_STIFFNESS);
+            let learned = clamped(left.stiffness, LEARNED_STIFFNESS);
             // The control says how fast a swing dies away, the material how that compares with how
             // fast it swings: at the same ratio stiffer tissue comes to rest sooner.
             let ratio = left.damping / learned.sqrt();
-            let learned_ratio = clamped(ratio, Materials::LEARNED_DAMPING);
+            let learned_ratio = clamped(ratio, LEARNED_DAMPING);
             shares.materials.stiffness[index] = learned;
             shares.materials.damping[index] = learned_ratio;
             // Exactly 1 where the networks know it all.
@@ -190,7 +200,7 @@ impl Controls {
 pub(crate) struct Shares {
     /// What the networks are told.
     pub materials: Materials,
-    /// What is left to [`crate::response`].
+    /// What is left to the filters of [`crate::tissue`].
     pub left: [RegionControls; REGION_COUNT],
 }
 
@@ -257,8 +267,8 @@ mod tests {
         for (stiffness, damping) in [(8.0, 1.0), (0.1, 10.0), (1.0, 0.1)] {
             let shares = turned(stiffness, damping).shares(FeatureKind::InertialMaterials);
             let (material, left) = (shares.materials, shares.left[1]);
-            assert!(Materials::LEARNED_STIFFNESS.contains(&material.stiffness[1]));
-            assert!(Materials::LEARNED_DAMPING.contains(&material.damping[1]));
+            assert!(LEARNED_STIFFNESS.contains(&material.stiffness[1]));
+            assert!(LEARNED_DAMPING.contains(&material.damping[1]));
             assert!(!shares.are_predicted());
             let whole = material.stiffness[1] * left.stiffness;
             assert!((whole / stiffness - 1.0).abs() < 1e-6, "{whole}");

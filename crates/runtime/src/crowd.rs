@@ -5,12 +5,11 @@ use std::sync::Arc;
 use dynaskin_body::Pose;
 
 use crate::RuntimeError;
-use crate::avatar::{Avatar, StageSeconds, Stopwatch};
-use crate::clock::TickClock;
-use crate::engine::{self, Engine};
+use crate::avatar::{Avatar, step_all};
 use crate::model::Model;
+use crate::pipeline::{Pipeline, StageSeconds, Stopwatch};
 use crate::pose;
-use crate::presence::Detail;
+use crate::timeline::{Detail, check_step};
 
 /// A level that was left comes back only this much nearer than where it was left, as a fraction.
 const DISTANCE_HYSTERESIS: f64 = 0.1;
@@ -132,7 +131,8 @@ pub struct CrowdReport {
 #[derive(Debug)]
 pub struct Crowd {
     model: Arc<Model>,
-    engine: Option<Engine>,
+    /// None without networks.
+    pipeline: Option<Pipeline>,
     level_of_detail: Option<LevelOfDetail>,
     costs: Costs,
     /// Steps since the last decision about the budget.
@@ -162,13 +162,13 @@ impl Crowd {
     /// # Errors
     /// [`RuntimeError::Inference`] where the networks cannot be set up.
     pub fn new(model: Arc<Model>) -> Result<Self, RuntimeError> {
-        let engine = match model.networks() {
-            Some(networks) => Some(Engine::new(networks)?),
+        let pipeline = match model.soft() {
+            Some(soft) => Some(Pipeline::new(&soft.networks)?),
             None => None,
         };
         Ok(Self {
             model,
-            engine,
+            pipeline,
             level_of_detail: None,
             costs: Costs::default(),
             steps: 0,
@@ -225,7 +225,7 @@ impl Crowd {
                 return refused(format!("avatar {idx} is of another model"));
             }
         }
-        TickClock::check(dt_seconds)?;
+        check_step(dt_seconds)?;
         for (idx, pose) in poses.iter().enumerate() {
             pose::check(pose).map_err(|error| of_avatar(error, idx))?;
         }
@@ -240,7 +240,7 @@ impl Crowd {
                 Detail::Full => report.full += 1,
             }
         }
-        report.seconds = engine::step(self.engine.as_mut(), avatars, stopwatch)?;
+        report.seconds = step_all(self.pipeline.as_mut(), avatars, stopwatch)?;
         self.measure(avatars, &report.seconds);
         Ok(report)
     }

@@ -148,10 +148,8 @@ pub enum RuntimeError {
         network: Network,
     },
     /// A clip whose features were asked for is not at the model's rate.
-    #[error("clip `{name}` is at {got_hz} Hz; features need 60 Hz, so resample the clip first")]
+    #[error("the clip is at {got_hz} Hz; features need 60 Hz, so resample the clip first")]
     ClipRate {
-        /// The clip's name.
-        name: String,
         /// The clip's rate.
         got_hz: f64,
     },

@@ -25,38 +25,33 @@
 
 mod avatar;
 mod bundle;
-mod clock;
 mod controls;
 mod crowd;
-mod engine;
 mod error;
 pub mod features;
-mod figure;
-mod interpolate;
+mod measure;
 mod model;
+mod networks;
 mod onnx;
+mod pipeline;
 mod pose;
-mod presence;
-mod response;
-mod skin;
+mod shapes;
 mod state;
 mod surface;
+mod timeline;
 mod tissue;
 
-pub use avatar::{
-    Avatar, MAX_SCALE, MAX_SHAPE_COEFFICIENT, MIN_SCALE, StageSeconds, StepReport, Stopwatch,
-};
+pub use avatar::{Avatar, MAX_SCALE, MAX_SHAPE_COEFFICIENT, MIN_SCALE, StepReport};
 pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile};
-pub use clock::{
-    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS, Settled,
-};
-pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, RegionControls};
+pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, RegionControls};
 pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
 pub use dynaskin_conditioning::{Diagnosis, PoseSource};
 pub use error::{Network, RuntimeError};
 pub use model::Model;
-pub use onnx::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
-pub use presence::Detail;
+pub use networks::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
+pub use pipeline::{StageSeconds, Stopwatch};
 pub use state::STATE_VERSION;
-pub use surface::OFFSET_LIMIT_M;
+pub use timeline::{
+    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, Detail, MAX_STEP_SECONDS, Settled,
+};
 pub use tissue::FADE_SECONDS;

@@ -2,35 +2,40 @@
 
 use std::sync::{Arc, OnceLock};
 
-use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};
+use dynaskin_body::{BodyModel, Materials, REGION_COUNT, SHAPE_COUNT};
+use dynaskin_skeleton::{JOINT_COUNT, Pose};
+use glam::Vec3;
+use sha2::{Digest, Sha256};
 
 use crate::RuntimeError;
 use crate::bundle::{Bundle, field};
-use crate::controls::Controls;
-use crate::features::{FeatureKind, Materials};
-use crate::figure::{Figure, Figures};
-use crate::onnx::{Decoder, Predictor};
-use crate::response::{self, Mode};
-use crate::surface::{OFFSET_LIMIT_M, Topology, VertexControls};
+use crate::controls::Shares;
+use crate::features::{FeatureKind, MotionFeatures};
+use crate::measure;
+use crate::networks::{Decoder, Networks, Predictor, Sessions};
+use crate::shapes::{ShapedModel, Shapes};
+use crate::state::Fingerprint;
+use crate::surface::{RestSurface, Topology};
+use crate::tissue::{Filters, Mode, RestTissue};
 
 /// A body and, once loaded, the networks that move its soft tissue. Immutable; avatars share it
 /// through an [`Arc`].
 #[derive(Debug)]
 pub struct Model {
     body: Arc<BodyModel>,
-    networks: Option<Networks>,
+    /// None where the body is plainly skinned.
+    soft: Option<SoftModel>,
     topology: Topology,
-    soft_vertices: Vec<u32>,
-    /// Measured when first needed.
-    modes: OnceLock<[Mode; REGION_COUNT]>,
-    figures: Figures,
+    shapes: Shapes,
 }
 
+/// What moves the soft tissue of a model.
 #[derive(Debug)]
-pub(crate) struct Networks {
-    pub bundle: Bundle,
-    pub predictor: Arc<Predictor>,
-    pub decoder: Decoder,
+pub(crate) struct SoftModel {
+    pub networks: Networks,
+    /// How the regions swing by themselves when they are made of the usual tissue; measured when
+    /// first needed.
+    modes: OnceLock<[Mode; REGION_COUNT]>,
 }
 
 impl Model {
@@ -103,18 +108,18 @@ impl Model {
                 return Err(field(name, expected, got));
             }
         }
-        let soft_vertices = bundle.vertices.clone();
         Ok(Self {
-            topology: Topology::new(&body, &soft_vertices),
+            topology: Topology::new(&body, &bundle.vertices),
             body,
-            networks: Some(Networks {
-                bundle,
-                predictor: Arc::new(predictor),
-                decoder,
+            soft: Some(SoftModel {
+                networks: Networks {
+                    bundle,
+                    predictor: Arc::new(predictor),
+                    decoder,
+                },
+                modes: OnceLock::new(),
             }),
-            soft_vertices,
-            modes: OnceLock::new(),
-            figures: Figures::default(),
+            shapes: Shapes::default(),
         })
     }
 
@@ -123,10 +128,8 @@ impl Model {
         Self {
             topology: Topology::new(&body, &[]),
             body,
-            networks: None,
-            soft_vertices: Vec::new(),
-            modes: OnceLock::new(),
-            figures: Figures::default(),
+            soft: None,
+            shapes: Shapes::default(),
         }
     }
 
@@ -137,83 +140,120 @@ impl Model {
 
     /// The bundle, where there are networks.
     pub fn bundle(&self) -> Option<&Bundle> {
-        self.networks.as_ref().map(|networks| &networks.bundle)
+        self.soft.as_ref().map(|soft| &soft.networks.bundle)
     }
 
-    /// Indices of the vertices that the networks move, ascending.
+    /// Indices of the vertices that the networks move, ascending; without networks there are none.
     pub fn soft_vertices(&self) -> &[u32] {
-        &self.soft_vertices
+        self.bundle().map_or(&[], |bundle| &bundle.vertices)
     }
 
-    pub(crate) fn networks(&self) -> Option<&Networks> {
-        self.networks.as_ref()
+    /// What moves the soft tissue; none where the body is plainly skinned.
+    pub(crate) fn soft(&self) -> Option<&SoftModel> {
+        self.soft.as_ref()
     }
 
     pub(crate) fn topology(&self) -> &Topology {
         &self.topology
     }
 
-    /// What avatars of the shape `shape` share.
-    pub(crate) fn figure(&self, shape: [f32; SHAPE_COUNT]) -> Result<Arc<Figure>, RuntimeError> {
-        self.figures.get(self, shape)
+    /// What tells models apart: the hashes of their files; without networks, the body's size.
+    pub(crate) fn fingerprint(&self) -> Fingerprint {
+        let mut hash = Sha256::new();
+        if let Some(bundle) = self.bundle() {
+            for file in [&bundle.body, &bundle.predictor, &bundle.decoder] {
+                hash.update(file.sha256.as_bytes());
+            }
+        } else {
+            hash.update((self.body.vertex_count() as u64).to_le_bytes());
+        }
+        hash.finalize().into()
     }
 
-    /// What the networks take as input; `inertial` where there are none.
-    pub(crate) fn feature_kind(&self) -> FeatureKind {
-        self.networks
-            .as_ref()
-            .map_or(FeatureKind::Inertial, |networks| {
-                networks.bundle.feature_kind
+    /// What avatars of the shape `shape` share.
+    ///
+    /// # Errors
+    /// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`] from running the networks at rest.
+    pub(crate) fn shaped(
+        &self,
+        shape: [f32; SHAPE_COUNT],
+    ) -> Result<Arc<ShapedModel>, RuntimeError> {
+        self.shapes.get(shape, || {
+            let shaped = self.body.shaped(&shape);
+            let joints_rest_m = shaped.joints_m;
+            let tissue = match &self.soft {
+                Some(soft) => Some(Arc::new(soft.at_rest(joints_rest_m, shape)?)),
+                None => None,
+            };
+            Ok(ShapedModel {
+                shape,
+                joints_rest_m,
+                surface: RestSurface::new(&self.topology, shaped.positions_m),
+                tissue,
             })
+        })
+    }
+}
+
+impl SoftModel {
+    /// What the networks take as input.
+    pub fn feature_kind(&self) -> FeatureKind {
+        self.networks.bundle.feature_kind
+    }
+
+    fn at_rest(
+        &self,
+        joints_rest_m: [Vec3; JOINT_COUNT],
+        shape: [f32; SHAPE_COUNT],
+    ) -> Result<RestTissue, RuntimeError> {
+        let mut features = MotionFeatures::new(self.feature_kind(), &joints_rest_m, &shape);
+        let rest = Sessions::new(&self.networks)?.at_rest(features.push(&Pose::REST))?;
+        Ok(RestTissue {
+            shape,
+            joints_rest_m,
+            state: rest.state.into_numbers(),
+            latent: rest.latent,
+            offsets_m: rest.offsets_m,
+        })
+    }
+
+    /// The filters after the networks that do what `shares` leaves to them, on `body`; none where
+    /// nothing is left.
+    ///
+    /// # Errors
+    /// [`RuntimeError::Inference`], [`RuntimeError::NonFinite`] from measuring how regions swing.
+    pub fn filters(
+        &self,
+        body: &BodyModel,
+        shares: &Shares,
+    ) -> Result<Option<Filters>, RuntimeError> {
+        if shares.are_predicted() {
+            return Ok(None);
+        }
+        let modes = self.modes_of(body, &shares.materials)?;
+        Ok(Some(Filters::new(
+            &self.networks.bundle.vertices,
+            &body.region_weights,
+            &modes,
+            &shares.left,
+        )))
     }
 
     /// How the regions swing by themselves when they are made of `materials`.
-    pub(crate) fn modes_of(
+    fn modes_of(
         &self,
+        body: &BodyModel,
         materials: &Materials,
     ) -> Result<[Mode; REGION_COUNT], RuntimeError> {
-        let modes = self.modes()?;
-        Ok(std::array::from_fn(|region| {
-            modes[region].of_material(materials.stiffness[region], materials.damping[region])
-        }))
-    }
-
-    /// How the regions swing by themselves when they are made of the usual tissue.
-    fn modes(&self) -> Result<&[Mode; REGION_COUNT], RuntimeError> {
-        if let Some(modes) = self.modes.get() {
-            return Ok(modes);
-        }
-        let modes = response::modes(self)?;
-        Ok(self.modes.get_or_init(|| modes))
-    }
-
-    /// Gain and limit of each soft vertex under `controls`: the regions' means weighted by the
-    /// vertex's membership. A vertex outside all regions is bone-like and gets 0; where the body
-    /// knows no regions, all get the strength alone.
-    pub(crate) fn vertex_controls(&self, controls: &Controls, target: &mut [VertexControls]) {
-        if self.body.region_weights.len() != REGION_COUNT {
-            target.fill(VertexControls {
-                gain: controls.strength,
-                limit_m: OFFSET_LIMIT_M,
-            });
-            return;
-        }
-        for (target, &vertex) in target.iter_mut().zip(&self.soft_vertices) {
-            let (mut sum, mut gain, mut limit_m) = (0.0, 0.0, 0.0);
-            for (weights, region) in self.body.region_weights.iter().zip(&controls.regions) {
-                let weight = weights[vertex as usize];
-                sum += weight;
-                gain += weight * region.gain * controls.strength;
-                limit_m += weight * region.limit_m;
+        let usual = match self.modes.get() {
+            Some(modes) => modes,
+            None => {
+                let modes = measure::modes(body, &self.networks)?;
+                self.modes.get_or_init(|| modes)
             }
-            *target = if sum > 1e-6 {
-                VertexControls {
-                    gain: gain / sum,
-                    limit_m: limit_m / sum,
-                }
-            } else {
-                VertexControls::NONE
-            };
-        }
+        };
+        Ok(std::array::from_fn(|region| {
+            usual[region].of_material(materials.stiffness[region], materials.damping[region])
+        }))
     }
 }

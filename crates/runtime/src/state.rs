@@ -12,11 +12,13 @@ use dynaskin_body::Pose;
 use glam::{DQuat, DVec3};
 use sha2::{Digest, Sha256};
 
-use crate::model::Model;
 use crate::{RuntimeError, pose};
 
 const MAGIC: &[u8; 8] = b"DYNSKINS";
 const HASH: usize = 32;
+
+/// What tells models apart.
+pub(crate) type Fingerprint = [u8; HASH];
 
 /// The version that is written and read.
 pub const STATE_VERSION: u32 = 2;
@@ -26,10 +28,10 @@ pub const STATE_VERSION: u32 = 2;
 pub(crate) struct Writer(Vec<u8>);
 
 impl Writer {
-    pub fn new(model: &Model) -> Self {
+    pub fn new(model: &Fingerprint) -> Self {
         let mut bytes = MAGIC.to_vec();
         bytes.extend(STATE_VERSION.to_le_bytes());
-        bytes.extend(fingerprint(model));
+        bytes.extend(model);
         Self(bytes)
     }
 
@@ -72,7 +74,7 @@ impl Writer {
 pub(crate) struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
-    pub fn new(model: &Model, bytes: &'a [u8]) -> Result<Self, RuntimeError> {
+    pub fn new(model: &Fingerprint, bytes: &'a [u8]) -> Result<Self, RuntimeError> {
         let refused = |problem: String| Err(RuntimeError::InvalidState { problem });
         let Some((payload, checksum)) = bytes.split_last_chunk::<HASH>() else {
             return refused(format!("it has {} bytes", bytes.len()));
@@ -88,7 +90,7 @@ impl<'a> Reader<'a> {
         if Sha256::digest(payload)[..] != checksum[..] {
             return refused("its checksum is wrong, so it was changed or cut".to_owned());
         }
-        if reader.take(HASH)? != fingerprint(model) {
+        if reader.take(HASH)? != model {
             return refused("it was saved with another model".to_owned());
         }
         Ok(reader)
@@ -167,17 +169,4 @@ fn invalid(problem: &str) -> RuntimeError {
     RuntimeError::InvalidState {
         problem: problem.to_owned(),
     }
-}
-
-/// What tells models apart: the hashes of their files; without networks, the body's size.
-fn fingerprint(model: &Model) -> [u8; HASH] {
-    let mut hash = Sha256::new();
-    if let Some(bundle) = model.bundle() {
-        for file in [&bundle.body, &bundle.predictor, &bundle.decoder] {
-            hash.update(file.sha256.as_bytes());
-        }
-    } else {
-        hash.update((model.body().vertex_count() as u64).to_le_bytes());
-    }
-    hash.finalize().into()
 }

@@ -92,7 +92,8 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
         let clip = still_clip(Pose::REST, 1);
         clip_features(
             FeatureKind::Inertial,
-            &clip,
+            &clip.frames,
+            clip.rate_hz,
             &joints_m,
             &SHAPE,
             &Materials::default(),
@@ -114,7 +115,8 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
     };
     let features = clip_features(
         FeatureKind::Inertial,
-        &clip,
+        &clip.frames,
+        clip.rate_hz,
         &joints_m,
         &SHAPE,
         &Materials::default(),

@@ -7,11 +7,10 @@ mod support;
 
 use std::sync::Arc;
 
-use dynaskin_onnx_writer::{Graph, Precision};
+use dynaskin_onnx::messages::{GraphMessage, Model as File};
+use dynaskin_onnx::{Graph, Precision};
 use dynaskin_runtime::{Bundle, Decoder, DecoderSession, Model, Network, RuntimeError};
-use prost::Message;
 use support::{bundle, decoder_onnx, kind, predictor_onnx};
-use tract_onnx::pb;
 
 /// Loads the made-up bundle with other networks, their hashes made to fit.
 fn load(predictor: &[u8], decoder: &[u8]) -> Result<Model, RuntimeError> {
@@ -28,10 +27,10 @@ fn load_error(predictor: &[u8], decoder: &[u8]) -> RuntimeError {
 }
 
 /// `onnx_bytes` with its messages changed.
-fn edited(onnx_bytes: &[u8], edit: impl FnOnce(&mut pb::GraphProto)) -> Vec<u8> {
-    let mut proto = pb::ModelProto::decode(onnx_bytes).unwrap();
+fn edited(onnx_bytes: &[u8], edit: impl FnOnce(&mut GraphMessage)) -> Vec<u8> {
+    let mut proto = File::from_bytes(onnx_bytes).unwrap();
     edit(proto.graph.as_mut().unwrap());
-    proto.encode_to_vec()
+    proto.to_bytes()
 }
 
 #[test]
@@ -197,7 +196,7 @@ fn graphs_that_break_the_contract_are_refused_with_the_reason() {
 
 #[test]
 fn graphs_that_contradict_themselves_are_refused() {
-    type Edit = (&'static str, fn(&mut pb::GraphProto));
+    type Edit = (&'static str, fn(&mut GraphMessage));
     let edits: [Edit; 9] = [
         ("dangling input", |g| {
             g.node[0].input[0] = "nowhere".to_owned()
@@ -216,9 +215,7 @@ fn graphs_that_contradict_themselves_are_refused() {
             g.initializer[0].dims = vec![i64::MAX, i64::MAX]
         }),
         ("short data", |g| g.initializer[0].raw_data.truncate(6)),
-        ("external data", |g| {
-            g.initializer[0].data_location = Some(1)
-        }),
+        ("external data", |g| g.initializer[0].data_location = 1),
     ];
     for (name, edit) in edits {
         let predictor = edited(&predictor_onnx(), edit);
@@ -244,7 +241,7 @@ fn graphs_that_contradict_themselves_are_refused() {
 
 #[test]
 fn a_decoder_may_put_its_vertices_into_another_order() {
-    let decoder = |edit: &dyn Fn(&mut pb::GraphProto)| {
+    let decoder = |edit: &dyn Fn(&mut GraphMessage)| {
         let mut graph = Graph::new("decoder");
         let latent = graph.input("latent", &[1, 2]).unwrap();
         let numbers: Vec<f32> = (0..18u8).map(f32::from).collect();

@@ -8,8 +8,8 @@ mod shipped;
 
 use dynaskin_body::Pose;
 use dynaskin_motion::{Clip, ProceduralKind};
-use dynaskin_runtime::features::rotation_vector;
 use dynaskin_runtime::{Avatar, FADE_SECONDS, MAX_STEP_SECONDS, Settled};
+use dynaskin_skeleton::rotation_vector;
 use glam::{DQuat, DVec3, Vec3};
 use shipped::{distance, largest};
 

@@ -1,12 +1,13 @@
 //! The operators of DSNet's decoder: against tract's own ONNX front end, and what is refused.
 
+#![cfg(feature = "guests")]
+
 mod support;
 
-use dynaskin_onnx_writer::{Graph, Precision, Steps, Value, WriteError};
+use dynaskin_onnx::messages::{Attribute, Model, NodeMessage};
+use dynaskin_onnx::{Graph, Precision, Steps, Value, WriteError};
 use dynaskin_runtime::{Decoder, DecoderSession, RuntimeError};
-use prost::Message;
 use support::numbers;
-use tract_onnx::pb;
 use tract_onnx::prelude::*;
 
 const LATENTS: usize = 4;
@@ -135,19 +136,19 @@ fn the_equations_hold() {
 }
 
 /// The error for a decoder whose nodes are changed by `edit`.
-fn refused(transposed: bool, edit: impl Fn(&mut pb::NodeProto)) -> RuntimeError {
+fn refused(transposed: bool, edit: impl Fn(&mut NodeMessage)) -> RuntimeError {
     let onnx_bytes = decoder_onnx(case(transposed, 3, (2, 1, 0))).expect("a graph");
-    let mut model = pb::ModelProto::decode(&onnx_bytes[..]).expect("a file");
+    let mut model = Model::from_bytes(&onnx_bytes).expect("a file");
     let graph = model.graph.as_mut().expect("a graph");
     for node in &mut graph.node {
         edit(node);
     }
-    Decoder::load(&model.encode_to_vec()).expect_err("a damaged decoder")
+    Decoder::load(&model.to_bytes()).expect_err("a damaged decoder")
 }
 
-fn set(node: &mut pb::NodeProto, name: &str, numbers: &[i64]) {
+fn set(node: &mut NodeMessage, name: &str, numbers: &[i64]) {
     node.attribute.retain(|attribute| attribute.name != name);
-    node.attribute.push(pb::AttributeProto {
+    node.attribute.push(Attribute {
         name: name.to_owned(),
         ints: numbers.to_vec(),
         i: numbers.first().copied().unwrap_or_default(),

@@ -198,7 +198,8 @@ fn a_whole_clip_has_the_features_of_its_poses() {
     let shape = [0.5; SHAPE_COUNT];
     let all = clip_features(
         FeatureKind::Inertial,
-        &clip,
+        &clip.frames,
+        clip.rate_hz,
         &joints(),
         &shape,
         &Materials::default(),
@@ -213,7 +214,8 @@ fn a_whole_clip_has_the_features_of_its_poses() {
     clip.rate_hz = 120.0;
     let error = clip_features(
         FeatureKind::Inertial,
-        &clip,
+        &clip.frames,
+        clip.rate_hz,
         &joints(),
         &shape,
         &Materials::default(),
@@ -225,7 +227,8 @@ fn a_whole_clip_has_the_features_of_its_poses() {
     clip.frames[3].parent_from_joint[4].x = f64::NAN;
     let error = clip_features(
         FeatureKind::Inertial,
-        &clip,
+        &clip.frames,
+        clip.rate_hz,
         &joints(),
         &shape,
         &Materials::default(),

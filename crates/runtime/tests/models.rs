@@ -66,7 +66,8 @@ fn offsets_are_those_of_plain_tract_one_tick_later() {
         let features = |clip: &Clip| {
             clip_features(
                 kind,
-                clip,
+                &clip.frames,
+                clip.rate_hz,
                 avatar.joints_rest_m(),
                 &SHAPE,
                 &Materials::default(),

@@ -48,7 +48,14 @@ fn hop_features(folder: &Path, body_folder: &Path) -> Result<Vec<Vec<f32>>> {
     let shape = [0.0; SHAPE_COUNT];
     let joints_m = body.shaped(&shape).joints_m;
     let clip = Procedural::new(ProceduralKind::Hop).clip(&joints_m)?;
-    let features = clip_features(kind, &clip, &joints_m, &shape, &Materials::default())?;
+    let features = clip_features(
+        kind,
+        &clip.frames,
+        clip.rate_hz,
+        &joints_m,
+        &shape,
+        &Materials::default(),
+    )?;
     let width = kind.count();
     Ok(features
         .chunks(width)

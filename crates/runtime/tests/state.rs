@@ -52,6 +52,26 @@ fn the_same_inputs_give_the_same_bits() {
 }
 
 #[test]
+fn the_revision_is_another_after_every_shape_that_was_taken() {
+    let mut avatar = avatar();
+    let state = avatar.save();
+    let mut seen = vec![avatar.revision()];
+    step(&mut avatar, 0, 3);
+    avatar.set_scale(2.0).unwrap();
+    assert_eq!(avatar.revision(), seen[0]);
+    avatar.set_shape(&[9.0; 10]).unwrap_err();
+    avatar.restore(&state[..9]).unwrap_err();
+    assert_eq!(avatar.revision(), seen[0]);
+    avatar.set_shape(&[0.0; 10]).unwrap();
+    seen.push(avatar.revision());
+    avatar.restore(&state).unwrap();
+    seen.push(avatar.revision());
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen.len(), 3);
+}
+
+#[test]
 fn a_restored_avatar_goes_on_bit_by_bit() {
     let calm = Controls::calm_clothes();
     for controls in [Controls::default(), calm] {

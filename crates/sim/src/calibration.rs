@@ -16,12 +16,12 @@ pub use survey::{LargestOffset, Survey, largest_offsets};
 pub use vibration::{Ringing, Vibration, free_vibration};
 
 use crate::dataset::ClipData;
-use crate::materials::Materials;
 use crate::run::{Motion, RunError};
 use crate::settings::SimSettings;
 use crate::shell::{Shell, ShellReport};
 use crate::simulate::{ClipLabels, simulate_clip};
 use crate::solver::Solver;
+use dynaskin_body::Materials;
 
 /// Length of the motions made by formula, in seconds.
 const PROCEDURAL_SECONDS: f64 = 6.0;

@@ -9,7 +9,7 @@ use dynaskin_body::{Pose, SHAPE_COUNT};
 use glam::Vec3;
 use half::f16;
 
-use crate::materials::Materials;
+use dynaskin_body::Materials;
 
 /// Value of the metadata entry `format`.
 const FORMAT: &str = "dynaskin-clip";

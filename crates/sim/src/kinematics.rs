@@ -1,23 +1,9 @@
 //! The causal drive: what a pose sequence does to tissue, from poses up to now only
 //! (ARCHITECTURE, "Causal kinematics").
 
-use dynaskin_body::{JOINT_COUNT, Pose, SkinWeights};
+use dynaskin_body::SkinWeights;
+use dynaskin_skeleton::{GRAVITY_M_S2, JOINT_COUNT, Past, Pose, second_difference};
 use glam::{DMat3, DVec3, Mat3, Quat, Vec3};
-
-/// Standard gravity, m/s².
-pub const GRAVITY_M_PER_S2: f32 = 9.81;
-
-/// Saturates an acceleration smoothly at `limit_m_per_s2`: `a / (1 + (|a|/limit)⁴)^¼`.
-///
-/// Motion capture contains accelerations of hundreds of m/s² that no body could follow. Half the
-/// limit passes with 1.5 % less, the limit itself becomes 84 % of it, everything stays below it.
-pub fn soft_clip(acceleration_m_per_s2: Vec3, limit_m_per_s2: f32) -> Vec3 {
-    // Bounded first, so that the fourth power stays finite.
-    let bound = Vec3::splat(1e4 * limit_m_per_s2);
-    let bounded = acceleration_m_per_s2.clamp(-bound, bound);
-    let ratio2 = bounded.length_squared() / (limit_m_per_s2 * limit_m_per_s2);
-    bounded / (1.0 + ratio2 * ratio2).sqrt().sqrt()
-}
 
 /// Per joint an affine map of rest positions: `x = linear * rest + offset`.
 #[derive(Clone, Debug)]
@@ -65,7 +51,7 @@ impl Drive {
     /// By how much gravity in the tissue's own frame differs from the rest pose, as an acceleration
     /// in the world: `g - R g`. Exactly 0 for the rest orientation.
     pub fn gravity_change_m_per_s2(&self, skin: &SkinWeights) -> Vec3 {
-        let down = Vec3::new(0.0, -GRAVITY_M_PER_S2, 0.0);
+        let down = Vec3::new(0.0, -GRAVITY_M_S2 as f32, 0.0);
         weighted(skin, |joint| down - self.linear[joint] * down)
     }
 
@@ -119,8 +105,8 @@ fn weighted(skin: &SkinWeights, value: impl Fn(usize) -> Vec3) -> Vec3 {
 pub(crate) struct Kinematics {
     joints_rest_m: [Vec3; JOINT_COUNT],
     rate_hz: f64,
-    /// The last two poses' maps, newest first.
-    history: [Option<JointMaps>; 2],
+    /// The last two poses' maps.
+    past: Past<JointMaps>,
 }
 
 impl Kinematics {
@@ -128,7 +114,7 @@ impl Kinematics {
         Self {
             joints_rest_m,
             rate_hz,
-            history: [None, None],
+            past: Past::default(),
         }
     }
 
@@ -137,13 +123,19 @@ impl Kinematics {
         let now = JointMaps::new(pose, &self.joints_rest_m);
         let mut linear_accel = [Mat3::ZERO; JOINT_COUNT];
         let mut offset_accel = [Vec3::ZERO; JOINT_COUNT];
-        if let [Some(last), Some(before)] = &self.history {
+        if let Some((before, earlier)) = self.past.both() {
             let rate2 = self.rate_hz * self.rate_hz;
             for joint in 0..JOINT_COUNT {
-                let linear = (now.linear[joint] - last.linear[joint])
-                    - (last.linear[joint] - before.linear[joint]);
-                let offset = (now.offset_m[joint] - last.offset_m[joint])
-                    - (last.offset_m[joint] - before.offset_m[joint]);
+                let linear = second_difference(
+                    now.linear[joint],
+                    before.linear[joint],
+                    earlier.linear[joint],
+                );
+                let offset = second_difference(
+                    now.offset_m[joint],
+                    before.offset_m[joint],
+                    earlier.offset_m[joint],
+                );
                 linear_accel[joint] = (linear * rate2).as_mat3();
                 offset_accel[joint] = (offset * rate2).as_vec3();
             }
@@ -158,8 +150,7 @@ impl Kinematics {
             linear_accel,
             offset_accel,
         };
-        self.history.swap(0, 1);
-        self.history[0] = Some(now);
+        self.past.push(now);
         drive
     }
 }
@@ -167,21 +158,6 @@ impl Kinematics {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn soft_clip_keeps_small_and_bounds_large_accelerations() {
-        let limit = 40.0;
-        assert_eq!(soft_clip(Vec3::ZERO, limit), Vec3::ZERO);
-        assert!((soft_clip(Vec3::X * 10.0, limit).x - 10.0).abs() < 0.02);
-        assert!((soft_clip(Vec3::Y * 40.0, limit).y - 33.64).abs() < 0.01);
-        for size in [100.0, 1e4, 1e10, 1e20] {
-            let clipped = soft_clip(Vec3::Z * size, limit);
-            assert!(
-                clipped.z > 38.0 && clipped.z <= limit * 1.000_001,
-                "{size}: {clipped}"
-            );
-        }
-    }
 
     #[test]
     fn acceleration_is_the_second_difference_of_skinned_positions() {

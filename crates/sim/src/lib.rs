@@ -26,8 +26,8 @@ pub use compliance::{
     compliance_m,
 };
 pub use dataset::{ClipData, ClipHeader, DatasetError};
-pub use kinematics::{GRAVITY_M_PER_S2, soft_clip};
-pub use materials::{MULTIPLIERS, Materials};
+pub use dynaskin_body::Materials;
+pub use materials::{MULTIPLIERS, drawn_materials};
 pub use run::{
     DRAWN_SHAPES, HELD_OUT_SHAPES, Job, JobReport, Motion, Outcome, Run, RunError, TRAINING_SHAPES,
     captures, drawn_shape, execute, procedurals, thin_captures,

@@ -1,7 +1,6 @@
 //! Material multipliers per region: how much stiffer or more damped a clip's tissue is than usual.
 
-use dynaskin_body::REGION_COUNT;
-use serde::{Deserialize, Serialize};
+use dynaskin_body::{Materials, REGION_COUNT};
 use sha2::{Digest as _, Sha256};
 
 use crate::settings::SimSettings;
@@ -12,58 +11,29 @@ pub const MULTIPLIERS: std::ops::RangeInclusive<f32> = 0.25..=4.0;
 const DRAWN_STIFFNESS: f32 = 2.0;
 const DRAWN_DAMPING: f32 = 1.6;
 
-/// Multipliers of each region's material, in [`dynaskin_body::Region::ALL`]'s order.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Materials {
-    /// Of the shear modulus and with it of the skin's stiffness; the frequency goes with its root.
-    pub stiffness: [f32; REGION_COUNT],
-    /// Of the damping ratio.
-    pub damping: [f32; REGION_COUNT],
+/// Whether every multiplier lies in [`MULTIPLIERS`] (clips come from files).
+pub(crate) fn can_be_simulated(materials: &Materials) -> bool {
+    let all = materials.stiffness.iter().chain(&materials.damping);
+    all.into_iter().all(|value| MULTIPLIERS.contains(value))
 }
 
-impl Default for Materials {
-    fn default() -> Self {
-        Self::NOMINAL
-    }
-}
-
-impl Materials {
-    /// The usual material everywhere.
-    pub const NOMINAL: Self = Self {
-        stiffness: [1.0; REGION_COUNT],
-        damping: [1.0; REGION_COUNT],
+/// Multipliers drawn around 1, each region by itself: stiffness between a half and two,
+/// damping between 0.63 and 1.6. They depend on nothing but name and seed.
+pub fn drawn_materials(name: &str, seed: u64) -> Materials {
+    let digest = Sha256::new()
+        .chain_update(b"materials")
+        .chain_update(seed.to_le_bytes())
+        .chain_update(name.as_bytes())
+        .finalize();
+    // Two bytes a number: 12 of the 32.
+    let drawn = |index: usize, most: f32| {
+        let bytes = [digest[2 * index], digest[2 * index + 1]];
+        let even = f32::from(u16::from_le_bytes(bytes)) / f32::from(u16::MAX);
+        most.powf(2.0 * even - 1.0)
     };
-
-    /// Whether every multiplier is 1.
-    pub fn is_nominal(&self) -> bool {
-        *self == Self::NOMINAL
-    }
-
-    /// Whether every multiplier lies in [`MULTIPLIERS`] (clips come from files).
-    pub fn is_valid(&self) -> bool {
-        let all = self.stiffness.iter().chain(&self.damping);
-        all.into_iter().all(|value| MULTIPLIERS.contains(value))
-    }
-
-    /// Multipliers drawn around 1, each region by itself: stiffness between a half and two,
-    /// damping between 0.63 and 1.6. They depend on nothing but name and seed.
-    pub fn drawn(name: &str, seed: u64) -> Self {
-        let digest = Sha256::new()
-            .chain_update(b"materials")
-            .chain_update(seed.to_le_bytes())
-            .chain_update(name.as_bytes())
-            .finalize();
-        // Two bytes a number: 12 of the 32.
-        let drawn = |index: usize, most: f32| {
-            let bytes = [digest[2 * index], digest[2 * index + 1]];
-            let even = f32::from(u16::from_le_bytes(bytes)) / f32::from(u16::MAX);
-            most.powf(2.0 * even - 1.0)
-        };
-        Self {
-            stiffness: std::array::from_fn(|region| drawn(region, DRAWN_STIFFNESS)),
-            damping: std::array::from_fn(|region| drawn(REGION_COUNT + region, DRAWN_DAMPING)),
-        }
+    Materials {
+        stiffness: std::array::from_fn(|region| drawn(region, DRAWN_STIFFNESS)),
+        damping: std::array::from_fn(|region| drawn(REGION_COUNT + region, DRAWN_DAMPING)),
     }
 }
 
@@ -89,9 +59,9 @@ mod tests {
     fn drawn_multipliers_spread_around_one_and_repeat() {
         let mut logs = Vec::new();
         for clip in 0..200 {
-            let drawn = Materials::drawn(&format!("clip{clip}"), 1);
-            assert_eq!(drawn, Materials::drawn(&format!("clip{clip}"), 1));
-            assert!(drawn.is_valid() && !drawn.is_nominal());
+            let drawn = drawn_materials(&format!("clip{clip}"), 1);
+            assert_eq!(drawn, drawn_materials(&format!("clip{clip}"), 1));
+            assert!(can_be_simulated(&drawn) && !drawn.is_nominal());
             logs.extend(drawn.stiffness.map(|x| x.log2()));
         }
         let mean = logs.iter().sum::<f32>() / logs.len() as f32;

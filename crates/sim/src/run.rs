@@ -11,11 +11,12 @@ use dynaskin_motion::MotionError;
 use sha2::{Digest as _, Sha256};
 
 use crate::dataset::DatasetError;
-use crate::materials::Materials;
+use crate::materials::drawn_materials;
 use crate::settings::SimSettings;
 use crate::shell::ShellError;
 use crate::simulate::SimError;
 use crate::solver::Unstable;
+use dynaskin_body::Materials;
 pub use execute::execute;
 pub use motions::{Motion, captures, procedurals, thin_captures};
 pub(crate) use shapes::even_shape;
@@ -215,7 +216,7 @@ impl Run<'_> {
     fn materials(&self, name: &str) -> Materials {
         let coin = Sha256::digest(format!("varied {} {name}", self.seed))[0];
         if self.vary_materials && coin.is_multiple_of(2) {
-            Materials::drawn(name, self.seed)
+            drawn_materials(name, self.seed)
         } else {
             Materials::NOMINAL
         }

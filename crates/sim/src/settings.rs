@@ -40,7 +40,7 @@ pub struct SimSettings {
     /// Whether tissue of different limbs presses on each other; left out of files where it does.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub contact: bool,
-    /// Acceleration in m/s² that the drive saturates at, see [`crate::soft_clip`].
+    /// Acceleration in m/s² that the drive saturates at, see [`dynaskin_skeleton::soft_clip`].
     pub drive_limit_m_per_s2: f32,
 }
 

@@ -5,10 +5,10 @@ use dynaskin_motion::{Clip, MODEL_RATE_HZ};
 use half::f16;
 
 use crate::dataset::ClipData;
-use crate::materials::Materials;
 use crate::settings::SimSettings;
 use crate::shell::Shell;
 use crate::solver::{Solver, Unstable};
+use dynaskin_body::Materials;
 
 /// Factors on the number of time steps that are tried where the usual number fails.
 const RETRY_FACTORS: [u32; 2] = [2, 4];

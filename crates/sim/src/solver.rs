@@ -1,13 +1,13 @@
 //! The time stepper: explicit symplectic Euler on displacements from the skinned surface.
 
 use dynaskin_body::Pose;
-use dynaskin_motion::MODEL_RATE_HZ;
+use dynaskin_skeleton::{MODEL_RATE_HZ, soft_clip};
 use glam::{Mat3, Quat, Vec3};
 use wide::f32x4;
 
 use crate::contact::Contacts;
 use crate::elastic::{Law, TetGroup, TriangleGroup};
-use crate::kinematics::{Drive, Kinematics, soft_clip};
+use crate::kinematics::{Drive, Kinematics};
 use crate::settings::SimSettings;
 use crate::shell::Shell;
 

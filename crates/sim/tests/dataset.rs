@@ -3,7 +3,7 @@
 use std::fs;
 
 use dynaskin_body::Pose;
-use dynaskin_sim::{ClipData, ClipHeader, DatasetError, Materials};
+use dynaskin_sim::{ClipData, ClipHeader, DatasetError, drawn_materials};
 use glam::{DQuat, DVec3};
 use half::f16;
 
@@ -17,7 +17,7 @@ fn clip() -> ClipData {
         rate_hz: 60.0,
         seed: 7,
         sim_json: r#"{"substeps":24}"#.to_owned(),
-        materials: Materials::drawn("hop", 7),
+        materials: drawn_materials("hop", 7),
         shape: std::array::from_fn(|k| k as f32 * 0.5 - 1.0),
         vertices: vec![3, 9, 4000],
         poses: vec![Pose::REST, turned],

@@ -4,9 +4,8 @@ mod common;
 
 use common::{SHEAR_PA, clip, plain_settings, slab, slab_shell};
 use dynaskin_body::Pose;
-use dynaskin_sim::{
-    ClipLabels, GRAVITY_M_PER_S2, Materials, Shell, SimError, SimSettings, Solver, simulate_clip,
-};
+use dynaskin_sim::{ClipLabels, Materials, Shell, SimError, SimSettings, Solver, simulate_clip};
+use dynaskin_skeleton::GRAVITY_M_S2;
 use glam::{DQuat, DVec3, Vec3};
 
 fn mean_displacement_m(solver: &Solver<'_>) -> Vec3 {
@@ -78,7 +77,7 @@ fn a_slab_turned_on_its_side_sags_by_the_analytic_shear() {
     let middle = shell.vertices().len() / 2;
     let sag = solver.offsets_rest_m().nth(middle).unwrap();
     let expected =
-        settings.density_kg_per_m3 * GRAVITY_M_PER_S2 * depth_m * depth_m / (2.0 * SHEAR_PA);
+        settings.density_kg_per_m3 * GRAVITY_M_S2 as f32 * depth_m * depth_m / (2.0 * SHEAR_PA);
     println!("sag {sag}, analytic {expected}");
     assert!(
         (sag.x / -expected - 1.0).abs() < 0.1,

@@ -87,7 +87,7 @@ impl Checkpoint {
     }
 
     /// Forgets an earlier run.
-    pub(crate) fn clear(&self) -> Result<(), TrainError> {
+    pub fn clear(&self) -> Result<(), TrainError> {
         let path = self.state();
         match fs::remove_file(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -99,7 +99,7 @@ impl Checkpoint {
 
     /// Writes the state after an epoch. `state.json` comes last and by renaming: a run that is
     /// killed in between leaves the weights of one epoch more than the history tells, no less.
-    pub(crate) fn save<M: Module>(
+    pub fn save<M: Module>(
         &self,
         model: &M,
         optimizer: &ModuleOptimizer,
@@ -151,7 +151,7 @@ impl Checkpoint {
     }
 
     /// Takes up an earlier run, if `same` finds its settings to be those of this one.
-    pub(crate) fn load<M: Module, C: DeserializeOwned, R: DeserializeOwned>(
+    pub fn load<M: Module, C: DeserializeOwned, R: DeserializeOwned>(
         &self,
         model: M,
         optimizer: &mut ModuleOptimizer,
@@ -193,7 +193,7 @@ impl Checkpoint {
     }
 
     /// The weights of the best epoch.
-    pub(crate) fn load_best<M: Module>(&self, model: M) -> Result<M, TrainError> {
+    pub fn load_best<M: Module>(&self, model: M) -> Result<M, TrainError> {
         load_weights(&self.best(), model)
     }
 }

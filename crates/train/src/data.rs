@@ -213,7 +213,8 @@ pub fn features_of(
     };
     Ok(clip_features(
         kind,
-        motion,
+        &motion.frames,
+        motion.rate_hz,
         &joints_rest_m,
         &clip.shape,
         &materials,

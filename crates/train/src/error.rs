@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use dynaskin_motion::MotionError;
-use dynaskin_onnx_writer::WriteError;
+use dynaskin_onnx::WriteError;
 use dynaskin_runtime::RuntimeError;
 use dynaskin_sim::{DatasetError, ShellError, SimError, TableError};
 use thiserror::Error;
@@ -161,10 +161,7 @@ pub enum TrainError {
 
 impl TrainError {
     /// For `map_err` on file operations.
-    pub(crate) fn io(
-        path: &std::path::Path,
-        action: &'static str,
-    ) -> impl FnOnce(std::io::Error) -> Self {
+    pub fn io(path: &std::path::Path, action: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
         move |source| Self::Io {
             path,

@@ -84,7 +84,7 @@ impl Normaliser {
 }
 
 /// Features of a body that has stood in the rest pose for a while.
-pub(crate) fn rest_features(kind: FeatureKind, body: &ShapedBody) -> Vec<f32> {
+pub fn rest_features(kind: FeatureKind, body: &ShapedBody) -> Vec<f32> {
     let mut features = MotionFeatures::new(kind, &body.joints_m, &[0.0; SHAPE_COUNT]);
     for _ in 0..3 {
         features.push(&Pose::REST);

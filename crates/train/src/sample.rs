@@ -11,7 +11,7 @@ use crate::split::Set;
 
 /// Latents of the mirror images of frames whose `latents` are given, `[frame][component]` flat;
 /// `induced` is what mirroring does to a latent, `[component][component]` row-major.
-pub(crate) fn mirrored_latents(induced: &[f32], components: usize, latents: &[f32]) -> Vec<f32> {
+pub fn mirrored_latents(induced: &[f32], components: usize, latents: &[f32]) -> Vec<f32> {
     let induced = DMatrix::from_row_slice(components, components, induced);
     let frames = DMatrix::from_row_slice(latents.len() / components, components, latents);
     (frames * induced).transpose().as_slice().to_vec()
@@ -19,7 +19,7 @@ pub(crate) fn mirrored_latents(induced: &[f32], components: usize, latents: &[f3
 
 /// Which frames [`sample_offsets`] draws.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Draw {
+pub struct Draw {
     /// From clips of which tissue.
     pub tissue: Tissue,
     /// How many, about.
@@ -33,7 +33,7 @@ pub(crate) struct Draw {
 ///
 /// # Errors
 /// What reading a clip can give.
-pub(crate) fn sample_offsets(
+pub fn sample_offsets(
     data_set: &DataSet,
     draw: Draw,
     mirror: Option<&Mirror>,

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use crate::TrainError;
 
 /// Refuses the first of these settings that is not within its range, such as a NaN.
-pub(crate) fn within<T: PartialOrd + Display>(
+pub fn within<T: PartialOrd + Display>(
     settings: impl IntoIterator<Item = (&'static str, T, RangeInclusive<T>)>,
 ) -> Result<(), TrainError> {
     for (setting, got, range) in settings {

@@ -106,6 +106,12 @@ impl CoreAvatar {
             .map_err(Thrown::from)?)
     }
 
+    /// Another number after every shape that was set or restored.
+    #[wasm_bindgen(getter)]
+    pub fn revision(&self) -> u32 {
+        self.avatar.borrow().revision()
+    }
+
     /// Whether the networks run; never for a body without them.
     #[wasm_bindgen(getter)]
     pub fn dynamics(&self) -> bool {

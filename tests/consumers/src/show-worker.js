@@ -1,12 +1,16 @@
 import { load, Motion } from "dynaskin";
 import { createWorkerAvatar } from "dynaskin/worker";
 
-/** As `show`, in a worker: its file and its WebAssembly must be found by the bundler too. */
-export async function showWorker() {
+/**
+ * As `show`, in a worker: its file and its WebAssembly must be found by the bundler too, or be named in
+ * `options`.
+ */
+export async function showWorker(options) {
   try {
     const model = "/models/female/";
-    const motion = Motion.procedural("hop", (await load({ model })).createAvatar());
-    const avatar = await createWorkerAvatar({ model });
+    const { wasm } = options ?? {};
+    const motion = Motion.procedural("hop", (await load({ model, wasm })).createAvatar());
+    const avatar = await createWorkerAvatar({ model, ...options });
     let largestM = 0;
     for (let tick = 0; tick < 120; tick += 1) {
       avatar.step(motion.poseAt(tick / 60), 1 / 60);

@@ -2,7 +2,12 @@
 import { type Avatar, DynaSkinError, load, type Pose, restPose } from "dynaskin";
 import { load as loadInline } from "dynaskin/inline";
 import { DynaSkin } from "dynaskin/three";
-import { createWorkerAvatar, type WorkerAvatar } from "dynaskin/worker";
+import {
+  createWorkerAvatar,
+  createWorkerModel,
+  type WorkerAvatar,
+  type WorkerCrowd,
+} from "dynaskin/worker";
 import type { SkinnedMesh } from "three";
 
 export async function start(mesh: SkinnedMesh): Promise<DynaSkin[]> {
@@ -18,7 +23,12 @@ export async function start(mesh: SkinnedMesh): Promise<DynaSkin[]> {
   remote.scale = remote.controls.strength;
   await remote.restore(await remote.save());
   await remote.whenAnswered();
+  const workerModel = await createWorkerModel({ model: "/models/female/", timeoutMs: 5000 });
+  const crowd: WorkerCrowd = await workerModel.createCrowd();
+  crowd.add(await workerModel.createAvatar());
+  crowd.levelOfDetail = { halfBeyondM: 5 };
   const pose: Pose = restPose();
+  crowd.stepAll([pose], 1 / 60);
   avatar.step(pose, 1 / 60);
   return [new DynaSkin(avatar, mesh), new DynaSkin(remote, mesh, { boneNames: { neck: "Neck" } })];
 }

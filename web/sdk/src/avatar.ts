@@ -179,6 +179,19 @@ export class Avatar {
   }
 
   /**
+   * Another number after every {@link setShape} and {@link restore}: whoever depends on the shape
+   * compares it in every frame, where reading ten coefficients would allocate.
+   */
+  get revision(): number {
+    return guard(() => this.raw.revision);
+  }
+
+  /** Rest positions of the 24 joints for the present shape: `[joint][x, y, z]` flattened, metres. A copy. */
+  restJointsM(): Float32Array {
+    return guard(() => this.raw.jointsRest());
+  }
+
+  /**
    * Whether the networks run. Off, the avatar is plain linear blend skinning and costs nothing;
    * switching back on starts with settled tissue. To compare the same moment with and without
    * tissue, set {@link strength} to 0 instead. Always off on an avatar of a {@link Body}, which has

@@ -71,7 +71,7 @@ export async function load(options: LoadOptions): Promise<Model> {
   starting.catch(() => {});
   const sources = toSources(options.model);
   const bundleBytes = await read(sources.bundle, "bundle.json");
-  const bundle = parseBundle(bundleBytes);
+  const bundle = parseBundle(bundleBytes, addressOf(sources.bundle));
   const shared = options.body;
   if (shared) checkBody(shared, bundle);
   const body = shared ? null : read(sources.file(bundle, "body"), "the body");
@@ -160,16 +160,34 @@ function toUrl(address: string): URL {
   }
 }
 
+/** Where `source` is, for error messages; null for bytes and for addresses that hold the bytes. */
+function addressOf(source: FileSource): string | null {
+  const fetched = typeof Response !== "undefined" && source instanceof Response;
+  const address = fetched ? source.url : source;
+  if (typeof address !== "string" && !(address instanceof URL)) return null;
+  return /^(data:|$)/.test(String(address)) ? null : String(address);
+}
+
 /** Only as much as is needed to find the files; the core checks the rest. */
-function parseBundle(bytes: Uint8Array): Bundle {
+function parseBundle(bytes: Uint8Array, address: string | null): Bundle {
+  const text = new TextDecoder().decode(bytes);
+  // Servers of single-page applications answer every unknown address with their start page.
+  if (/^\s*</.test(text)) {
+    throw new DynaSkinError(
+      "bundle",
+      `There is a web page where bundle.json should be${address ? `: ${address}` : ""}. ` +
+        "Give the address of the folder that holds bundle.json, and check that the server has it.",
+    );
+  }
   try {
-    const bundle = JSON.parse(new TextDecoder().decode(bytes)) as Bundle;
+    const bundle = JSON.parse(text) as Bundle;
     for (const key of ["body", "predictor", "decoder"] as const) {
       if (typeof bundle[key]?.file !== "string") throw new Error(`${key}.file is missing`);
     }
     return bundle;
   } catch (cause) {
     const reason = cause instanceof Error ? cause.message : String(cause);
-    throw new DynaSkinError("bundle", `bundle.json cannot be read: ${reason}.`, { cause });
+    const where = address ? ` (${address})` : "";
+    throw new DynaSkinError("bundle", `bundle.json cannot be read${where}: ${reason}.`, { cause });
   }
 }

@@ -1,6 +1,7 @@
 // What importing an entry does to a server: nothing. Each in a process of its own.
 import { execFile } from "node:child_process";
 import { promisify } from "node:util";
+import { build, type Rolldown } from "vite";
 import { describe, expect, it } from "vitest";
 import { modelFolder } from "./support.js";
 
@@ -50,6 +51,29 @@ describe("importing in plain Node", () => {
     expect(calls).toEqual([]);
     expect(added).toEqual([]);
     expect(names).not.toEqual([]);
+  });
+});
+
+describe("bundling", () => {
+  it("keeps all of the worker's script, which exports nothing", async () => {
+    const built = await build({
+      root: import.meta.dirname,
+      configFile: false,
+      logLevel: "silent",
+      build: { write: false, rolldownOptions: { input: "application.js" } },
+      plugins: [
+        {
+          name: "an application",
+          resolveId: (id) => (id === "application.js" ? `${import.meta.dirname}/${id}` : null),
+          load: (id) =>
+            id.endsWith("/application.js") ? 'import "dynaskin/worker/thread";' : null,
+        },
+      ],
+    });
+    const { output } = built as Rolldown.RolldownOutput;
+    const [{ code }] = output;
+    expect(code.length).toBeGreaterThan(20_000);
+    expect(code).toContain("addEventListener");
   });
 });
 

@@ -1,4 +1,7 @@
 import { execFileSync } from "node:child_process";
+import { once } from "node:events";
+import { createServer } from "node:http";
+import type { AddressInfo } from "node:net";
 import { type Body, type BundleFile, load, type Progress, restPose } from "dynaskin";
 import { describe, expect, it } from "vitest";
 import { expectError, loadModel, modelFiles, modelFolder, readModelFile } from "./support.js";
@@ -123,6 +126,25 @@ describe("files that cannot be used", () => {
 
   it("a bundle that is no JSON", () =>
     expectError("bundle", () => load({ model: { ...modelFiles(), bundle: noise } })));
+
+  it("a web page where bundle.json should be, naming the address that was asked", async () => {
+    const page = "\ufeff\n<!doctype html><title>start</title>";
+    const server = createServer((_request, answer) => answer.end(page)).listen(0, "127.0.0.1");
+    try {
+      await once(server, "listening");
+      const { port } = server.address() as AddressInfo;
+      const model = `http://127.0.0.1:${port}/models/femail`;
+      const error = await expectError("bundle", () => load({ model }));
+      expect(error.message).toContain(`web page where bundle.json should be: ${model}/bundle.json`);
+      const bytes = new TextEncoder().encode(page);
+      const unnamed = await expectError("bundle", () =>
+        load({ model: { ...modelFiles(), bundle: bytes } }),
+      );
+      expect(unnamed.message).toContain("web page where bundle.json should be. ");
+    } finally {
+      server.close();
+    }
+  });
 
   it("a bundle of another format", () =>
     expectError("bundle", () =>

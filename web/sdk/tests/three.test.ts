@@ -212,7 +212,7 @@ describe("DynaSkin in three.js", () => {
     }
     expect(read).not.toHaveBeenCalled();
     read.mockRestore();
-    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(3e-5);
+    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(2e-6);
     skin.dispose();
     avatar.dispose();
   });
@@ -229,6 +229,22 @@ describe("DynaSkin in three.js", () => {
     expect(new Box3().setFromArray(drawn).min.y).toBeCloseTo(0, 3);
     skin.dispose();
     avatar.dispose();
+  });
+
+  it("follows a shape that comes with a saved state", async () => {
+    const { mesh } = await loadBody();
+    const [avatar, other] = [model.createAvatar(), model.createAvatar({ shape: SHAPE })];
+    const skin = new DynaSkin(avatar, mesh);
+    const { revision } = avatar;
+    skin.update(1 / 60);
+    expect(avatar.revision).toBe(revision);
+    avatar.restore(other.save());
+    expect(avatar.revision).not.toBe(revision);
+    skin.update(1 / 60);
+    expect(largestDifference(avatar.restJointsM(), other.restJointsM())).toBe(0);
+    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(2e-6);
+    skin.dispose();
+    for (const made of [avatar, other]) made.dispose();
   });
 
   it("holds the body within its bounds, so that culling and raycasting see it", async () => {

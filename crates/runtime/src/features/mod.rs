@@ -6,51 +6,24 @@
 //! [`FeatureKind`] names the kinds there are.
 
 mod kind;
-mod kinematics;
+mod limits;
 
-use dynaskin_body::{JOINT_COUNT, Joint, Pose, REGION_COUNT, SHAPE_COUNT, WorldJoints};
-use dynaskin_motion::{Clip, MODEL_RATE_HZ};
+pub use dynaskin_body::Materials;
+use dynaskin_body::SHAPE_COUNT;
+use dynaskin_skeleton::{
+    GRAVITY_M_S2, JOINT_COUNT, Joint, Kinematics, MODEL_RATE_HZ, Pose, WorldJoints, rotation_vector,
+};
 use glam::{DMat3, DVec3, Vec3};
 
 pub use kind::{
     FeatureKind, INERTIAL_FEATURE_COUNT, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS,
 };
 use kind::{POSE_SHAPE_JOINTS, WINDOW_POSE_COUNT, WINDOW_POSES};
-pub use kinematics::{
-    ANGULAR_ACCELERATION_LIMIT, ANGULAR_VELOCITY_LIMIT, GRAVITY_M_S2, LINEAR_ACCELERATION_LIMIT,
-    SoftLimit, rotation_vector,
-};
+pub use limits::{ANGULAR_ACCELERATION_LIMIT, ANGULAR_VELOCITY_LIMIT, LINEAR_ACCELERATION_LIMIT};
 
 use crate::RuntimeError;
 use crate::pose::normalized;
 use crate::state::{Reader, Writer};
-pub(crate) use kinematics::Kinematics;
-
-/// Factors on what a body's tissue is made of, in [`dynaskin_body::Region::ALL`]'s order; 1 is the
-/// usual tissue.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Materials {
-    /// On the shear modulus; the frequency goes with its root.
-    pub stiffness: [f32; REGION_COUNT],
-    /// On the damping ratio.
-    pub damping: [f32; REGION_COUNT],
-}
-
-impl Materials {
-    /// Stiffness factors that networks learn from (`dynaskin simulate --vary-materials`).
-    pub const LEARNED_STIFFNESS: std::ops::RangeInclusive<f32> = 0.5..=2.0;
-    /// The same of the damping ratio.
-    pub const LEARNED_DAMPING: std::ops::RangeInclusive<f32> = 0.625..=1.6;
-}
-
-impl Default for Materials {
-    fn default() -> Self {
-        Self {
-            stiffness: [1.0; REGION_COUNT],
-            damping: [1.0; REGION_COUNT],
-        }
-    }
-}
 
 /// Features of one [`FeatureKind`], computed pose by pose at 60 Hz.
 ///
@@ -113,7 +86,12 @@ impl MotionFeatures {
     }
 
     pub(crate) fn write(&self, writer: &mut Writer) {
-        self.kinematics.write(writer);
+        for pose in self.kinematics.past_poses() {
+            writer.flag(pose.is_some());
+            if let Some(pose) = pose {
+                writer.pose(pose);
+            }
+        }
     }
 
     /// Past poses of a saved state, for [`Self::set_past`].
@@ -121,7 +99,13 @@ impl MotionFeatures {
         reader: &mut Reader<'_>,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Kinematics, RuntimeError> {
-        Kinematics::read(reader, joints_rest_m)
+        let mut poses = [None, None];
+        for pose in &mut poses {
+            if reader.flag()? {
+                *pose = Some(reader.pose()?);
+            }
+        }
+        Ok(Kinematics::new(poses, joints_rest_m))
     }
 
     pub(crate) fn set_past(&mut self, past: Kinematics) {
@@ -227,29 +211,28 @@ fn write_pose(pose: &Pose, joints: usize, target: &mut [f32]) {
     }
 }
 
-/// Features of every frame of `clip`, `[frame][feature]` row-major, for a body with the rest joints
-/// `joints_rest_m` and shape `shape`. The first frame has no past.
+/// Features of every one of `frames`, `rate_hz` a second, as `[frame][feature]` row-major, for a body
+/// with the rest joints `joints_rest_m` (metres) and shape coefficients `shape`. The first frame has
+/// no past.
 ///
 /// # Errors
-/// [`RuntimeError::ClipRate`] where the clip is not at 60 Hz; [`RuntimeError::InvalidPose`] where a
+/// [`RuntimeError::ClipRate`] where the frames are not at 60 Hz; [`RuntimeError::InvalidPose`] where a
 /// frame holds a number that is not finite or a quaternion that is not of unit length.
 pub fn clip_features(
     kind: FeatureKind,
-    clip: &Clip,
+    frames: &[Pose],
+    rate_hz: f64,
     joints_rest_m: &[Vec3; JOINT_COUNT],
     shape: &[f32; SHAPE_COUNT],
     materials: &Materials,
 ) -> Result<Vec<f32>, RuntimeError> {
-    if (clip.rate_hz - MODEL_RATE_HZ).abs() > 1e-6 * MODEL_RATE_HZ {
-        return Err(RuntimeError::ClipRate {
-            name: clip.name.clone(),
-            got_hz: clip.rate_hz,
-        });
+    if (rate_hz - MODEL_RATE_HZ).abs() > 1e-6 * MODEL_RATE_HZ {
+        return Err(RuntimeError::ClipRate { got_hz: rate_hz });
     }
-    let mut features = Vec::with_capacity(clip.frames.len() * kind.count());
+    let mut features = Vec::with_capacity(frames.len() * kind.count());
     let mut motion = MotionFeatures::new(kind, joints_rest_m, shape);
     motion.set_materials(materials);
-    for pose in &clip.frames {
+    for pose in frames {
         crate::pose::check(pose)?;
         features.extend_from_slice(motion.push(pose));
     }

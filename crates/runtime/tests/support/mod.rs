@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Pose, REGION_COUNT, SHAPE_COUNT, SkinWeights};
-use dynaskin_onnx_writer::{Graph, LstmWeights, Precision, Value, WriteError};
+use dynaskin_onnx::{Graph, LstmWeights, Precision, Value, WriteError};
 use dynaskin_runtime::features::{FeatureKind, INERTIAL_FEATURE_COUNT};
 use dynaskin_runtime::{Bundle, BundleFile, Model, RuntimeError};
 use glam::{DQuat, DVec3, Vec3};

@@ -11,7 +11,8 @@ use glam::{DQuat, DVec3};
 use half::f16;
 use safetensors::tensor::{Dtype, Metadata, SafeTensors};
 
-use crate::materials::Materials;
+use crate::materials::can_be_simulated;
+use dynaskin_body::Materials;
 
 use super::{ClipData, ClipHeader, DatasetError, FORMAT, VERSION};
 
@@ -191,7 +192,7 @@ impl File<'_> {
             stiffness: array(numbers(stiffness, f32::from_le_bytes)),
             damping: array(numbers(damping, f32::from_le_bytes)),
         };
-        if !materials.is_valid() {
+        if !can_be_simulated(&materials) {
             return Err(DatasetError::Value {
                 path: self.path.to_owned(),
                 tensor: "materials",

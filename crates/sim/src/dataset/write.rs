@@ -9,6 +9,7 @@ use dynaskin_body::REGION_COUNT;
 use serde_json::{Value, json};
 
 use super::{ClipData, DatasetError, FORMAT, VERSION};
+use crate::materials::can_be_simulated;
 
 impl ClipData {
     /// Writes the clip to `path`; the same clip gives the same bytes.
@@ -70,7 +71,7 @@ impl ClipData {
         if !self.poses.iter().all(|pose| pose.is_valid()) {
             return fail("a pose is not finite or has no unit quaternions".to_owned());
         }
-        if !self.materials.is_valid() {
+        if !can_be_simulated(&self.materials) {
             return fail(format!(
                 "a material multiplier lies outside {:?}",
                 crate::MULTIPLIERS

@@ -1,9 +1,9 @@
-import { Avatar } from "../avatar.js";
+import type { Avatar } from "../avatar.js";
 import { checkObject } from "../check.js";
-import { DynaSkinError, guard } from "../error.js";
+import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type JointName, type Pose } from "../pose.js";
 
-/** An avatar that lives elsewhere, in a worker: what an adapter needs of it. */
+/** What an adapter needs of an avatar: of this thread, in a worker, or anywhere else. */
 export interface RemoteAvatar {
   /** Moves to a pose, `dtSeconds` after the last; see `Avatar.step`. */
   step(pose: Pose, dtSeconds: number): void;
@@ -11,11 +11,11 @@ export interface RemoteAvatar {
   readonly positions: Float32Array;
   /** Unit normals of `positions`. */
   readonly normals: Float32Array;
-  /** Shape coefficients β, ten, in standard deviations; another array only for another shape. */
-  readonly shape: Float32Array;
+  /** Another number whenever the shape may be another; see `Avatar.revision`. */
+  readonly revision: number;
   /** Metres of the world in a metre of the body, in which poses are given; see `Avatar.scale`. */
   readonly scale: number;
-  /** Rest positions of the 24 joints for that shape: `[joint][x, y, z]` flattened, metres. */
+  /** Rest positions of the 24 joints for the present shape: `[joint][x, y, z]` flattened, metres. */
   restJointsM(): Float32Array;
 }
 
@@ -40,11 +40,6 @@ export interface RigOptions {
 export const JOINT_PARENTS: readonly number[] = [
   -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
 ];
-
-/** Where the joints of an avatar of this shape are in the rest pose: `[joint][x, y, z]`, metres. */
-export function restJointsOf(source: TissueSource): Float32Array {
-  return source instanceof Avatar ? guard(() => source.raw.jointsRest()) : source.restJointsM();
-}
 
 /** A joint's rest position relative to its parent's (the root's: to the origin), metres. */
 export function restOffsetM(jointsM: Float32Array, joint: number): [number, number, number] {
@@ -195,51 +190,5 @@ export function copyVertices(
     to[idx * 3] = from[at] ?? 0;
     to[idx * 3 + 1] = from[at + 1] ?? 0;
     to[idx * 3 + 2] = from[at + 2] ?? 0;
-  }
-}
-
-/** A hundredth of a millimetre: rounding is far below, any change of shape that shows far above. */
-const SAME_BODY_M = 1e-5;
-
-/** Vertices looked at: one in so many. */
-const PROBE_EVERY = 150;
-
-/**
- * Notices that an avatar has got another shape. An avatar of this thread gives its coefficients as a
- * new array each time, and a frame should allocate nothing, so the body under the offsets is looked
- * at instead, at vertices spread over it.
- */
-export class ShapeWatch {
-  readonly #source: TissueSource;
-  readonly #probesM: Float32Array;
-  #shape: Float32Array | null = null;
-
-  constructor(source: TissueSource) {
-    this.#source = source;
-    const vertices = source.positions.length / 3;
-    this.#probesM = new Float32Array(3 * Math.ceil(vertices / PROBE_EVERY));
-    this.changed();
-  }
-
-  /** Whether the shape is another than at the last call. */
-  changed(): boolean {
-    if (this.#source instanceof Avatar) return this.#bodyChanged(this.#source);
-    const { shape } = this.#source;
-    const other = shape !== this.#shape;
-    this.#shape = shape;
-    return other;
-  }
-
-  #bodyChanged({ positions, offsets }: Avatar): boolean {
-    const probes = this.#probesM;
-    const at = (idx: number) => 3 * PROBE_EVERY * Math.floor(idx / 3) + (idx % 3);
-    const restM = (idx: number) => (positions[at(idx)] ?? 0) - (offsets[at(idx)] ?? 0);
-    let other = false;
-    for (let idx = 0; idx < probes.length && !other; idx += 1) {
-      other = Math.abs(restM(idx) - (probes[idx] ?? 0)) > SAME_BODY_M;
-    }
-    // Only then: small changes in many frames add up to one that is noticed.
-    if (other) for (let idx = 0; idx < probes.length; idx += 1) probes[idx] = restM(idx);
-    return other;
   }
 }

@@ -4,6 +4,7 @@
  *
  * @module
  */
+export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
 
 import type { Bone } from "@babylonjs/core/Bones/bone.js";
@@ -13,32 +14,10 @@ import { Matrix, Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.j
 import type { Geometry } from "@babylonjs/core/Meshes/geometry.js";
 import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
-import {
-  checkAligned,
-  checkSource,
-  checkVertices,
-  claimMesh,
-  copyVertices,
-  findBones,
-  type RigOptions,
-  reachM,
-  releaseMesh,
-  restJointsOf,
-  restOffsetM,
-  ShapeWatch,
-  type TissueSource,
-} from "../adapter/rig.js";
+import { type EngineRig, SkinDriver } from "../adapter/driver.js";
+import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
-import { checkLength, JOINT_NAMES, POSE_LENGTH, type Pose } from "../pose.js";
-
-/** What the mesh was before, for {@link DynaSkin.dispose}. */
-interface Original {
-  geometry: Geometry;
-  morphTargetManager: Mesh["morphTargetManager"];
-  boundingInfo: BoundingInfo;
-  inverseBinds: Matrix[];
-  nodePositions: Vector3[];
-}
+import { JOINT_NAMES, type Pose } from "../pose.js";
 
 /** A bone and the node of the scene that moves it. */
 interface Joint {
@@ -67,27 +46,7 @@ const MIRROR_Z = Matrix.Scaling(1, 1, -1);
  * });
  * ```
  */
-export class DynaSkin {
-  /** The avatar that was handed in. It stays the caller's: dispose of it after this. */
-  readonly avatar: TissueSource;
-  /** The mesh that was handed in. */
-  readonly mesh: Mesh;
-  /** The pose that was read at the last update; in a left-handed scene, with z mirrored. */
-  readonly pose: Pose = new Float64Array(POSE_LENGTH);
-  readonly #joints: Joint[];
-  readonly #vertexMap: RigOptions["vertexMap"];
-  readonly #shapeWatch: ShapeWatch;
-  readonly #geometry: Geometry;
-  readonly #positions: Float32Array;
-  readonly #normals: Float32Array;
-  #original: Original | null;
-  #jointsM: Float32Array;
-  /** Of each joint against its parent at rest, metres. */
-  readonly #restOffsets = JOINT_NAMES.map(() => new Vector3());
-  #reachM = 0;
-  readonly #minimum = new Vector3();
-  readonly #maximum = new Vector3();
-
+export class DynaSkin extends SkinDriver<Mesh> {
   /**
    * @param avatar - an avatar of the mesh's model, here or in a worker
    * @param mesh - the mesh of that model's `body.glb`, as Babylon's glTF loader gives it
@@ -96,194 +55,122 @@ export class DynaSkin {
    *   the mesh; the mesh is then unchanged
    */
   constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions = {}) {
+    super(avatar, mesh, options, () => new BabylonRig(mesh, options.boneNames));
+  }
+}
+
+/** A mesh of Babylon.js, its bones, and what it was before. */
+class BabylonRig implements EngineRig {
+  readonly positions: Float32Array;
+  readonly normals: Float32Array;
+  readonly bindPelvisM: readonly [number, number, number];
+  readonly #mesh: Mesh;
+  readonly #joints: Joint[];
+  readonly #nodePositions: Vector3[];
+  readonly #minimum = new Vector3();
+  readonly #maximum = new Vector3();
+  #geometry: Geometry;
+  #restore = () => {};
+  #reachM = 0;
+
+  constructor(mesh: Mesh, names: RigOptions["boneNames"]) {
     const geometry = mesh?.geometry;
     if (!geometry || !mesh.skeleton) {
       throw new DynaSkinError("argument", "DynaSkin needs a mesh with a geometry and a skeleton.");
     }
-    checkSource(avatar, options);
-    const nVertices = mesh.getTotalVertices();
-    checkVertices(nVertices, avatar.positions.length / 3, options.vertexMap);
-    this.#joints = findJoints(mesh, options.boneNames);
-    this.avatar = avatar;
-    this.mesh = mesh;
-    this.#vertexMap = options.vertexMap;
-    this.#positions = new Float32Array(nVertices * 3);
-    this.#normals = new Float32Array(nVertices * 3);
-    this.#shapeWatch = new ShapeWatch(avatar);
-    this.#jointsM = restJointsOf(avatar);
+    this.#mesh = mesh;
+    this.#geometry = geometry;
+    this.#joints = findJoints(mesh, names);
+    this.#nodePositions = this.#joints.map(({ node }) => node.position.clone());
+    this.bindPelvisM = bindPositionM(this.#joint(0).bone).asArray() as [number, number, number];
+    this.positions = new Float32Array(mesh.getTotalVertices() * 3);
+    this.normals = new Float32Array(mesh.getTotalVertices() * 3);
+  }
+
+  attach(): void {
+    const mesh = this.#mesh;
+    const geometry = this.#geometry;
     const { morphTargetManager } = mesh;
-    this.#original = {
-      geometry,
-      morphTargetManager,
-      boundingInfo: mesh.getBoundingInfo(),
-      inverseBinds: this.#joints.map(({ bone }) => bone.getAbsoluteInverseBindMatrix().clone()),
-      nodePositions: this.#joints.map(({ node }) => node.position.clone()),
+    const boundingInfo = mesh.getBoundingInfo();
+    const inverseBinds = this.#joints.map(({ bone }) =>
+      bone.getAbsoluteInverseBindMatrix().clone(),
+    );
+    this.#restore = () => {
+      for (const [joint, inverse] of inverseBinds.entries()) {
+        this.#joint(joint).bone.getAbsoluteInverseBindMatrix().copyFrom(inverse);
+      }
+      if (mesh.isDisposed()) return;
+      geometry.applyToMesh(mesh);
+      mesh.morphTargetManager = morphTargetManager;
+      mesh.setBoundingInfo(boundingInfo);
     };
-    claimMesh(mesh);
     this.#geometry = geometry.copy(`${geometry.id} dynaskin`);
-    this.#copySurface();
-    this.#geometry.setVerticesData(VertexBuffer.PositionKind, this.#positions, true, 3);
-    this.#geometry.setVerticesData(VertexBuffer.NormalKind, this.#normals, true, 3);
+    this.#geometry.setVerticesData(VertexBuffer.PositionKind, this.positions, true, 3);
+    this.#geometry.setVerticesData(VertexBuffer.NormalKind, this.normals, true, 3);
     this.#geometry.applyToMesh(mesh);
     // The avatar's positions have the shape already.
     mesh.morphTargetManager = null;
-    const pelvis = this.#joints[0];
-    if (pelvis) this.#movePelvis(bindPositionM(pelvis.bone));
-    this.#fitSkeleton();
     mesh.setBoundingInfo(new BoundingInfo(new Vector3(), new Vector3()));
-    this.#readPose();
   }
 
-  /**
-   * Reads the bones, moves the tissue and hands the surface to the mesh. Call it once a frame after
-   * everything that moves bones, before rendering.
-   *
-   * @param deltaSeconds - time since the last call in seconds (Babylon's `getDeltaTime` gives
-   *   milliseconds); less than 0 counts as 0
-   * @throws DynaSkinError `disposed`, or what `Avatar.step` throws; the mesh then keeps its surface
-   */
-  update(deltaSeconds: number): void {
-    this.avatar.step(this.readPose(), Math.max(0, deltaSeconds));
-    this.show();
-  }
-
-  /**
-   * Reads the bones without moving the tissue, for pages that step avatars by themselves, such as many
-   * by one call. Then step the avatar to {@link DynaSkin.pose}, and {@link DynaSkin.show} it;
-   * {@link DynaSkin.update} is all three.
-   *
-   * @returns {@link DynaSkin.pose}
-   * @throws DynaSkinError `disposed`
-   */
-  readPose(): Pose {
-    this.#assertAlive();
-    this.#followShape();
-    this.#placeNodes();
-    this.#readPose();
-    return this.pose;
-  }
-
-  /**
-   * Hands the avatar's present surface to the mesh; see {@link DynaSkin.readPose}.
-   *
-   * @throws DynaSkinError `disposed`
-   */
-  show(): void {
-    this.#assertAlive();
-    this.#copySurface();
-    this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.#positions, false);
-    this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.#normals, false);
-  }
-
-  /**
-   * Poses the bones as a dynaskin pose says, for motions that come from `Motion.poseAt` instead of
-   * an `AnimationGroup`. The pose counts from where the mesh is.
-   *
-   * @throws DynaSkinError `argument` for a wrong length, `disposed`
-   */
-  writePose(pose: Pose): void {
-    this.#assertAlive();
-    checkLength("pose", pose, POSE_LENGTH);
-    this.#followShape();
-    for (const [joint, { node }] of this.#joints.entries()) {
-      node.rotationQuaternion ??= new Quaternion();
-      Quaternion.FromArrayToRef(pose, 3 + joint * 4, node.rotationQuaternion);
-    }
-    const [x = 0, y = 0, z = 0] = this.#jointsM;
-    const [px = 0, py = 0, pz = 0] = pose;
-    this.#joints[0]?.node.position.set(x + px, y + py, z + pz);
-  }
-
-  /**
-   * Gives the mesh back its geometry, morph targets and bounds, and its skeleton its distances. The
-   * avatar is not disposed of. May be called again.
-   */
-  dispose(): void {
-    const original = this.#original;
-    if (!original) return;
-    this.#original = null;
-    releaseMesh(this.mesh);
-    for (const [joint, { bone, node }] of this.#joints.entries()) {
-      const inverse = original.inverseBinds[joint];
-      const before = original.nodePositions[joint];
-      if (inverse) bone.getAbsoluteInverseBindMatrix().copyFrom(inverse);
-      if (before) node.position.copyFrom(before);
-    }
-    if (!this.mesh.isDisposed()) {
-      original.geometry.applyToMesh(this.mesh);
-      this.mesh.morphTargetManager = original.morphTargetManager;
-      this.mesh.setBoundingInfo(original.boundingInfo);
+  detach(): void {
+    this.#restore();
+    for (const [joint, before] of this.#nodePositions.entries()) {
+      this.#joint(joint).node.position.copyFrom(before);
     }
     this.#geometry.dispose();
   }
 
-  #assertAlive(): void {
-    if (this.#original) return;
-    throw new DynaSkinError("disposed", "This DynaSkin was used after dispose().");
+  bindJoint(joint: number, x: number, y: number, z: number): void {
+    Matrix.TranslationToRef(-x, -y, -z, this.#joint(joint).bone.getAbsoluteInverseBindMatrix());
   }
 
-  #followShape(): void {
-    if (!this.#shapeWatch.changed()) return;
-    const before = Vector3.FromArray(this.#jointsM);
-    this.#jointsM = restJointsOf(this.avatar);
-    this.#movePelvis(before);
-    this.#fitSkeleton();
+  setReach(reachM: number): void {
+    this.#reachM = reachM;
   }
 
-  /** Keeps the feet where they are when the pelvis of another shape is higher or lower. */
-  #movePelvis(beforeM: Vector3): void {
-    const [x = 0, y = 0, z = 0] = this.#jointsM;
-    this.#joints[0]?.node.position.addInPlaceFromFloats(x, y, z).subtractInPlace(beforeM);
+  movePelvis(x: number, y: number, z: number): void {
+    this.#joint(0).node.position.addInPlaceFromFloats(x, y, z);
   }
 
-  /** Distances, inverse bind matrices and reach for the present shape. */
-  #fitSkeleton(): void {
-    for (const [joint, { bone }] of this.#joints.entries()) {
-      const [x = 0, y = 0, z = 0] = this.#jointsM.subarray(joint * 3, joint * 3 + 3);
-      Matrix.TranslationToRef(-x, -y, -z, bone.getAbsoluteInverseBindMatrix());
-      this.#restOffsets[joint]?.set(...restOffsetM(this.#jointsM, joint));
-    }
-    this.#placeNodes();
-    this.#reachM = reachM(this.avatar.positions, this.#jointsM);
+  placeJoint(joint: number, x: number, y: number, z: number): void {
+    this.#joint(joint).node.position.set(x, y, z);
   }
 
-  /** A clip that was made for another shape moves the joints apart; the shape's distances hold. */
-  #placeNodes(): void {
-    for (let joint = 1; joint < this.#joints.length; joint += 1) {
-      this.#joints[joint]?.node.position.copyFrom(this.#restOffsets[joint] ?? position);
-    }
+  turnJoint(joint: number, pose: Pose, at: number): void {
+    const { node } = this.#joint(joint);
+    node.rotationQuaternion ??= new Quaternion();
+    Quaternion.FromArrayToRef(pose, at, node.rotationQuaternion);
   }
 
-  /**
-   * How large the body is, the scene says. Its lengths are brought to those that the avatar reckons
-   * in, so a giant's tissue moves as if it were its own size.
-   */
-  #readPose(): void {
-    const world = this.mesh.computeWorldMatrix(true);
-    const pelvis = (this.#joints[0] as Joint).node;
+  readPelvis(pose: Pose): void {
+    const { node: pelvis } = this.#joint(0);
+    const world = this.#mesh.computeWorldMatrix(true);
     const worldScale = turnRightHanded(world);
-    const { scale: avatarScale } = this.avatar;
     Vector3.TransformCoordinatesToRef(pelvis.position, world, position);
     // The loader turns glTF's handedness by mirroring z; mirrored back, the motion is the model's.
     if (world.determinant() < 0) position.z = -position.z;
-    const [jointX = 0, jointY = 0, jointZ = 0] = this.#jointsM;
-    this.pose[0] = (position.x / worldScale - jointX) * avatarScale;
-    this.pose[1] = (position.y / worldScale - jointY) * avatarScale;
-    this.pose[2] = (position.z / worldScale - jointZ) * avatarScale;
-    writeTurn(rotation.multiplyInPlace(localRotation(pelvis)), this.pose, 0);
-    for (let joint = 1; joint < this.#joints.length; joint += 1) {
-      const { node } = this.#joints[joint] as Joint;
-      writeTurn(rotation.copyFrom(localRotation(node)), this.pose, joint);
-    }
+    pose[0] = position.x / worldScale;
+    pose[1] = position.y / worldScale;
+    pose[2] = position.z / worldScale;
+    writeTurn(rotation.multiplyInPlace(localRotation(pelvis)), pose, 3);
     const reach = scale.setAll(this.#reachM);
     pelvis.position.subtractToRef(reach, this.#minimum);
     pelvis.position.addToRef(reach, this.#maximum);
-    this.mesh.getBoundingInfo().reConstruct(this.#minimum, this.#maximum, world);
+    this.#mesh.getBoundingInfo().reConstruct(this.#minimum, this.#maximum, world);
   }
 
-  #copySurface(): void {
-    copyVertices(this.avatar.positions, this.#positions, this.#vertexMap);
-    copyVertices(this.avatar.normals, this.#normals, this.#vertexMap);
+  readTurn(joint: number, pose: Pose, at: number): void {
+    writeTurn(rotation.copyFrom(localRotation(this.#joint(joint).node)), pose, at);
+  }
+
+  upload(): void {
+    this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.positions, false);
+    this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.normals, false);
+  }
+
+  #joint(joint: number): Joint {
+    return this.#joints[joint] as Joint;
   }
 }
 
@@ -296,10 +183,9 @@ function turnRightHanded(world: Matrix): number {
   return Math.cbrt(Math.abs(determinant)) || 1;
 }
 
-/** Writes a joint's rotation into a pose, at unit length. */
-function writeTurn(turn: Quaternion, pose: Pose, joint: number): void {
+/** Writes a rotation into a pose, at unit length. */
+function writeTurn(turn: Quaternion, pose: Pose, at: number): void {
   const { x, y, z, w } = turn.normalize();
-  const at = 3 + joint * 4;
   pose[at] = x;
   pose[at + 1] = y;
   pose[at + 2] = z;

@@ -1,100 +1,155 @@
-import type { StepTimings } from "../avatar.js";
-import type { ControlChanges, ControlPreset, Controls } from "../controls.js";
-import type { Detail } from "../detail.js";
+// What page and worker say to each other, and the tables that both go by.
+import type { Avatar, StepTimings } from "../avatar.js";
+import type { Bundle } from "../bundle.js";
+import type { Crowd, CrowdReport } from "../crowd.js";
+import { checkDistance, type Detail, detailIndex } from "../detail.js";
 import type { Progress } from "../source.js";
+import { checkScale } from "./refusals.js";
 
 /** Arrays of one surface; they travel to the worker and back instead of being copied. */
-export interface SurfaceArrays {
-  offsets: Float32Array;
-  positions: Float32Array;
-  normals: Float32Array;
-  skinMatrices: Float32Array;
+export type SurfaceArrays = Record<(typeof SURFACE)[number], Float32Array>;
+
+const SURFACE = ["offsets", "positions", "normals", "skinMatrices"] as const;
+
+/** How the page deals with something that is set by assignment. */
+interface Setting<Value> {
+  /** Refuses what the worker would refuse, and gives what is sent. */
+  check: (value: Value) => Value;
+  /** Nothing to be seen depends on it, so no answer comes. */
+  silent?: true;
 }
 
-/** What may be changed on an avatar between poses. */
-export type Change =
-  | { what: "shape"; shape: number[] }
-  | { what: "controls"; controls: ControlChanges | ControlPreset }
-  | { what: "scale"; factor: number }
-  | { what: "dynamics"; on: boolean }
-  | { what: "detail"; detail: Detail }
-  | { what: "visible"; visible: boolean }
-  | { what: "reset" };
+/** A check that gives back what it does not refuse. */
+const unless =
+  <Value>(refuse: (value: Value) => unknown) =>
+  (value: Value): Value => {
+    refuse(value);
+    return value;
+  };
 
-/** What the page asks of the worker. Everything after `load` is answered in order. */
-export type Request =
-  | {
-      type: "load";
-      model: string;
-      wasm?: string | ArrayBuffer | WebAssembly.Module;
-      shape?: number[];
-    }
-  | { type: "step"; pose: Float64Array; dtSeconds: number; surface: SurfaceArrays }
-  | { type: "change"; change: Change }
-  | { type: "save" }
-  | { type: "restore"; state: Uint8Array };
+/** What is set on an avatar by assignment: one line here is all that another one needs. */
+export const AVATAR_SETTINGS = {
+  dynamics: { check: Boolean },
+  visible: { check: Boolean },
+  detail: { check: unless(detailIndex) },
+  scale: { check: unless(checkScale) },
+  distanceM: { check: unless(checkDistance), silent: true },
+} satisfies { [Name in keyof Avatar]?: Setting<Avatar[Name]> };
+
+/** An avatar's properties that are set by assignment, as the class declares them. */
+export type AvatarProperties = Pick<Avatar, keyof typeof AVATAR_SETTINGS>;
 
 /** How an avatar is set. */
-export interface Settings {
-  controls: Controls;
-  scale: number;
-  dynamics: boolean;
-  detail: Detail;
-  visible: boolean;
-}
+export interface AvatarSettings extends AvatarProperties, Pick<Avatar, "controls"> {}
 
-/** A body's shape, and where its joints rest. */
-export interface ShapeState {
-  shape: Float32Array;
+/** How a crowd is set. */
+export type CrowdSettings = Pick<Crowd, "levelOfDetail">;
+
+/** The surface at one moment, and the shape that belongs to it. */
+export interface Shown extends Pick<Avatar, "shape" | "revision"> {
+  surface: SurfaceArrays;
   restJointsM: Float32Array;
 }
 
-/** All of an avatar that steps leave alone. */
-export interface AvatarState extends ShapeState {
-  settings: Settings;
+/** All of an object that may change between steps. */
+export interface State<Settings> {
+  settings: Partial<Settings>;
+  /** Of an avatar. */
+  shown?: Shown;
 }
 
-/** What the worker answers. */
-export type Answer =
+/** Stands for an object of the worker. */
+export interface Ref {
+  ref: number;
+}
+
+/** What may be done to an object: a method of its class, or a property that is set. */
+export type Doing<Target> = {
+  [Name in keyof Target]: Target[Name] extends (...args: infer Args) => unknown
+    ? [name: Name, ...args: Sent<Args>]
+    : [name: Name, value: Target[Name]];
+}[keyof Target];
+
+/** Objects of the worker are sent as what stands for them. */
+type Sent<Args extends unknown[]> = {
+  [Idx in keyof Args]: Args[Idx] extends Avatar ? Ref : Args[Idx];
+};
+
+/** What the worker can be asked: what is sent, and what comes back. It answers in order. */
+export interface Calls {
+  /** Loads the model. Meanwhile the worker says every so often that it is alive. */
+  load: {
+    sent: { model: string; wasm?: string | ArrayBuffer | WebAssembly.Module; aliveEveryMs: number };
+    back: Bundle;
+  };
+  /** Makes an avatar and calls it `target`. */
+  createAvatar: {
+    sent: { target: number; shape?: number[] };
+    back: State<AvatarSettings> & { shown: Shown };
+  };
+  /** Makes a crowd and calls it `target`. */
+  createCrowd: { sent: { target: number }; back: State<CrowdSettings> };
+  /** Steps an avatar, or a crowd of these avatars; brings the buffers back, filled. */
+  step: {
+    sent: {
+      target: number;
+      avatars: number[];
+      poses: Float64Array;
+      dtSeconds: number;
+      surfaces: SurfaceArrays[];
+    };
+    back: Stepped;
+  };
+  /** Does something to an object. */
+  do: {
+    sent: { target: number; doing: Doing<Avatar> | Doing<Crowd> };
+    back: { value: unknown; state: State<AvatarSettings | CrowdSettings> };
+  };
+  /** Frees an object. */
+  dispose: { sent: { target: number }; back: null };
+}
+
+/** What a step gave. */
+export interface Stepped {
+  poses: Float64Array;
+  surfaces: SurfaceArrays[];
+  /** Of each avatar: a crowd may have chosen it. */
+  details: Detail[];
+  /** Of an avatar alone. */
+  timings?: StepTimings;
+  /** Of a crowd. */
+  report?: CrowdReport;
+}
+
+/** What the page sends. Without an `id` no answer comes. */
+export type Request = {
+  [Name in keyof Calls]: { id?: number; call: Name; sent: Calls[Name]["sent"] };
+}[keyof Calls];
+
+/** What the worker sends. */
+export type Message =
+  | { type: "alive" }
   | { type: "progress"; progress: Progress }
-  | { type: "ready"; surface: SurfaceArrays; state: AvatarState }
-  | { type: "stepped"; pose: Float64Array; surface: SurfaceArrays; timings: StepTimings }
-  | { type: "changed"; surface: SurfaceArrays; state: AvatarState }
-  | { type: "restored"; surface: SurfaceArrays; state: AvatarState }
-  | { type: "saved"; bytes: Uint8Array }
-  | Failed;
-
-/** A request that was refused. A refused step brings its buffers back. */
-export interface Failed {
-  type: "failed";
-  during: Request["type"];
-  code: string;
-  message: string;
-  settings?: Settings;
-  surface?: SurfaceArrays;
-}
+  | { type: "answer"; id: number; back: unknown }
+  | { type: "refusal"; id: number; code: string; message: string; settings?: object };
 
 /** The buffers of a surface, for the transfer list. */
-export function buffersOf({
-  offsets,
-  positions,
-  normals,
-  skinMatrices,
-}: SurfaceArrays): ArrayBuffer[] {
-  return [offsets, positions, normals, skinMatrices].map((array) => array.buffer as ArrayBuffer);
+export function buffersOf(surface: SurfaceArrays): ArrayBuffer[] {
+  return SURFACE.map((name) => surface[name].buffer as ArrayBuffer);
 }
 
 /** A surface of its own, from views that may change or go empty. */
-export function copySurface({
-  offsets,
-  positions,
-  normals,
-  skinMatrices,
-}: SurfaceArrays): SurfaceArrays {
+export function copySurface(source: SurfaceArrays): SurfaceArrays {
+  const { offsets, positions, normals, skinMatrices } = source;
   return {
     offsets: offsets.slice(),
     positions: positions.slice(),
     normals: normals.slice(),
     skinMatrices: skinMatrices.slice(),
   };
+}
+
+/** Copies a surface into another of the same body. */
+export function fillSurface(target: SurfaceArrays, source: SurfaceArrays): void {
+  for (const name of SURFACE) target[name].set(source[name]);
 }

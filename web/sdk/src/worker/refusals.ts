@@ -1,4 +1,4 @@
-// What a worker's avatar refuses before anything is sent, and why it cannot go on.
+// What is refused before anything is sent to a worker, and why a worker cannot go on.
 import { checkNumber } from "../check.js";
 import { DynaSkinError } from "../error.js";
 
@@ -19,6 +19,25 @@ export function brokenWorker(reason: unknown, options?: ErrorOptions): DynaSkinE
   );
 }
 
+/** Why a worker was given up. */
+export function silentWorker(timeoutMs: number): DynaSkinError {
+  return new DynaSkinError(
+    "worker",
+    `The worker was silent for ${timeoutMs} ms while an answer was due (the option timeoutMs), and ` +
+      "was ended. Is thread.js what runs in it, and does it live?",
+  );
+}
+
+/** Refuses what is no time to wait. */
+export function checkTimeout(timeoutMs: number): void {
+  checkNumber("timeoutMs", timeoutMs);
+  if (timeoutMs > 0) return;
+  throw new DynaSkinError(
+    "argument",
+    `timeoutMs must be milliseconds above 0, or Infinity to wait for ever; got ${timeoutMs}.`,
+  );
+}
+
 /** Refuses a bad time. Here and not in the worker alone: times of poses that wait add up, and would hide a bad one. */
 export function checkTimeStep(dtSeconds: number): void {
   checkNumber("dtSeconds", dtSeconds);
@@ -29,12 +48,12 @@ export function checkTimeStep(dtSeconds: number): void {
   );
 }
 
-/** Why nothing can be asked of an avatar any more. */
-export function disposed(): DynaSkinError {
-  return new DynaSkinError("disposed", "This avatar was used after dispose().");
+/** Why nothing can be asked any more. */
+export function disposed(what: string): DynaSkinError {
+  return new DynaSkinError("disposed", `This ${what} was used after dispose().`);
 }
 
-/** Refuses a size that the core would refuse. The page must know: it turns a waiting pose to it. */
+/** Refuses a size that the core would refuse. */
 export function checkScale(factor: number): void {
   checkNumber("scale", factor);
   if (!(factor >= MIN_SCALE && factor <= MAX_SCALE)) {

@@ -1,134 +1,158 @@
-// The worker's side: one avatar of its own core, driven by messages.
-import { restJointsOf } from "../adapter/rig.js";
+// The worker's side: a model of its own core, and what the page makes from it.
 import type { Avatar } from "../avatar.js";
+import { Crowd } from "../crowd.js";
 import { toDynaSkinError } from "../error.js";
 import { load } from "../load.js";
+import type { Model } from "../model.js";
+import { POSE_LENGTH } from "../pose.js";
 import {
-  type Answer,
-  type AvatarState,
+  AVATAR_SETTINGS,
+  type AvatarSettings,
   buffersOf,
-  type Change,
+  type Calls,
+  type CrowdSettings,
   copySurface,
-  type Failed,
+  fillSurface,
+  type Message,
+  type Ref,
   type Request,
-  type Settings,
-  type SurfaceArrays,
+  type State,
 } from "./protocol.js";
 
 interface WorkerScope {
-  postMessage(answer: Answer, transfer: Transferable[]): void;
+  postMessage(message: Message, transfer: Transferable[]): void;
   addEventListener(type: "message", listener: (event: MessageEvent<Request>) => void): void;
 }
 
 const scope = globalThis as unknown as WorkerScope;
-let avatar: Avatar | null = null;
+const objects = new Map<number, Avatar | Crowd>();
+let loaded: Model | null = null;
+
+/** What the worker does when it is asked: an answer, and what of it travels. */
+const ANSWERS: {
+  [Name in keyof Calls]: (
+    sent: Calls[Name]["sent"],
+    transfer: Transferable[],
+  ) => Calls[Name]["back"] | Promise<Calls[Name]["back"]>;
+} = {
+  async load({ model, wasm, aliveEveryMs }) {
+    const alive = setInterval(() => scope.postMessage({ type: "alive" }, []), aliveEveryMs);
+    try {
+      const onProgress = (progress: { loadedBytes: number; totalBytes: number }) =>
+        scope.postMessage({ type: "progress", progress }, []);
+      loaded = await load({ model, ...(wasm && { wasm }), onProgress });
+      return loaded.bundle;
+    } finally {
+      clearInterval(alive);
+    }
+  },
+
+  createAvatar({ target, shape }, transfer) {
+    const avatar = theModel().createAvatar(shape ? { shape } : {});
+    objects.set(target, avatar);
+    return stateOfAvatar(avatar, transfer);
+  },
+
+  createCrowd({ target }) {
+    const crowd = theModel().createCrowd();
+    objects.set(target, crowd);
+    return { settings: settingsOf(crowd) as CrowdSettings };
+  },
+
+  step({ target, avatars, poses, dtSeconds, surfaces }, transfer) {
+    const object = objectOf(target);
+    const members = avatars.map((id) => objectOf(id) as Avatar);
+    if (object instanceof Crowd) object.stepAll(posesOf(poses), dtSeconds);
+    else object.step(poses, dtSeconds);
+    for (const [idx, surface] of surfaces.entries()) {
+      fillSurface(surface, members[idx] as Avatar);
+      transfer.push(...buffersOf(surface));
+    }
+    transfer.push(poses.buffer);
+    const cost = object instanceof Crowd ? { report: object.report } : { timings: object.timings };
+    return { poses, surfaces, details: members.map(({ detail }) => detail), ...cost };
+  },
+
+  do({ target, doing: [name, ...sent] }, transfer) {
+    const object = objectOf(target);
+    const args = sent.map((value) => (isRef(value) ? objectOf(value.ref) : value));
+    const member: unknown = Reflect.get(object, name);
+    let value: unknown;
+    if (typeof member === "function") value = Reflect.apply(member, object, args);
+    else Reflect.set(object, name, args[0]);
+    const state =
+      object instanceof Crowd ? { settings: settingsOf(object) } : stateOfAvatar(object, transfer);
+    return { value, state };
+  },
+
+  dispose({ target }) {
+    objectOf(target).dispose();
+    return null;
+  },
+};
 
 scope.addEventListener("message", ({ data }) => {
   answer(data).catch((error: unknown) => {
+    const { id, sent } = data;
+    if (id === undefined) return;
     const { code, message } = toDynaSkinError(error);
-    const failed: Failed = { type: "failed", during: data.type, code, message };
-    const settings = avatar && settingsIfSound(avatar);
-    if (settings) failed.settings = settings;
-    if (data.type === "step") failed.surface = data.surface;
-    scope.postMessage(failed, failed.surface ? buffersOf(failed.surface) : []);
+    const object = "target" in sent ? objects.get(sent.target) : undefined;
+    const settings = object && settingsIfSound(object);
+    scope.postMessage({ type: "refusal", id, code, message, ...(settings && { settings }) }, []);
   });
 });
 
-async function answer(request: Request): Promise<void> {
-  if (request.type === "load") {
-    await loadAvatar(request);
-    return;
+async function answer({ id, call, sent }: Request): Promise<void> {
+  const transfer: Transferable[] = [];
+  const back = await ANSWERS[call](sent as never, transfer);
+  if (id !== undefined) scope.postMessage({ type: "answer", id, back }, transfer);
+}
+
+function theModel(): Model {
+  if (loaded) return loaded;
+  throw new Error("The worker has no model.");
+}
+
+function objectOf(id: number): Avatar | Crowd {
+  const object = objects.get(id);
+  if (object) return object;
+  throw new Error(`The worker has no object ${id}.`);
+}
+
+function isRef(value: unknown): value is Ref {
+  return typeof value === "object" && value !== null && "ref" in value;
+}
+
+function posesOf(poses: Float64Array): Float64Array[] {
+  const count = poses.length / POSE_LENGTH;
+  return Array.from({ length: count }, (_, idx) =>
+    poses.subarray(idx * POSE_LENGTH, (idx + 1) * POSE_LENGTH),
+  );
+}
+
+function stateOfAvatar(avatar: Avatar, transfer: Transferable[]): Calls["createAvatar"]["back"] {
+  const surface = copySurface(avatar);
+  transfer.push(...buffersOf(surface));
+  const { shape, revision } = avatar;
+  const shown = { surface, shape, revision, restJointsM: avatar.restJointsM() };
+  return { settings: settingsOf(avatar) as Partial<AvatarSettings>, shown };
+}
+
+/** How an object is set; what the page sets silently, it knows best. */
+function settingsOf(object: Avatar | Crowd): State<AvatarSettings | CrowdSettings>["settings"] {
+  if (object instanceof Crowd) return { levelOfDetail: object.levelOfDetail };
+  const settings: Record<string, unknown> = { controls: object.controls };
+  for (const [name, setting] of Object.entries(AVATAR_SETTINGS)) {
+    if (!("silent" in setting)) settings[name] = object[name as keyof Avatar];
   }
-  if (!avatar) throw new Error("The worker has no avatar.");
-  switch (request.type) {
-    case "step": {
-      const { pose, dtSeconds, surface } = request;
-      avatar.step(pose, dtSeconds);
-      fill(surface, avatar);
-      const { timings } = avatar;
-      scope.postMessage({ type: "stepped", pose, surface, timings }, [
-        ...buffersOf(surface),
-        pose.buffer as ArrayBuffer,
-      ]);
-      return;
-    }
-    case "change":
-      apply(request.change, avatar);
-      sendAll("changed", avatar);
-      return;
-    case "save": {
-      const bytes = avatar.save();
-      scope.postMessage({ type: "saved", bytes }, [bytes.buffer as ArrayBuffer]);
-      return;
-    }
-    case "restore":
-      avatar.restore(request.state);
-      sendAll("restored", avatar);
-  }
+  return settings;
 }
 
-async function loadAvatar({ model: folder, wasm, shape }: Request & { type: "load" }) {
-  const model = await load({
-    model: folder,
-    ...(wasm && { wasm }),
-    onProgress: (progress) => scope.postMessage({ type: "progress", progress }, []),
-  });
-  avatar = model.createAvatar(shape ? { shape } : {});
-  model.dispose();
-  sendAll("ready", avatar);
-}
-
-function apply(change: Change, to: Avatar): void {
-  switch (change.what) {
-    case "shape":
-      to.setShape(change.shape);
-      return;
-    case "controls":
-      to.setControls(change.controls);
-      return;
-    case "scale":
-      to.scale = change.factor;
-      return;
-    case "dynamics":
-      to.dynamics = change.on;
-      return;
-    case "detail":
-      to.detail = change.detail;
-      return;
-    case "visible":
-      to.visible = change.visible;
-      return;
-    case "reset":
-      to.reset();
-  }
-}
-
-function sendAll(type: "ready" | "changed" | "restored", source: Avatar): void {
-  const surface = copySurface(source);
-  const state: AvatarState = {
-    shape: source.shape,
-    restJointsM: restJointsOf(source),
-    settings: settingsOf(source),
-  };
-  scope.postMessage({ type, surface, state }, buffersOf(surface));
-}
-
-function settingsOf({ controls, scale, dynamics, detail, visible }: Avatar): Settings {
-  return { controls, scale, dynamics, detail, visible };
-}
-
-/** None of an avatar whose core has crashed. */
-function settingsIfSound(source: Avatar): Settings | null {
+/** None of an object whose core has crashed. */
+function settingsIfSound(object: Avatar | Crowd): object | null {
   try {
-    return settingsOf(source);
+    return settingsOf(object);
   } catch {
     return null;
   }
-}
-
-function fill(surface: SurfaceArrays, source: Avatar): void {
-  surface.offsets.set(source.offsets);
-  surface.positions.set(source.positions);
-  surface.normals.set(source.normals);
-  surface.skinMatrices.set(source.skinMatrices);
 }

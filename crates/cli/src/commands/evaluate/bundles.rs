@@ -4,8 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
+use dynaskin_evaluate::{Method, Player};
 use dynaskin_runtime::Bundle;
-use dynaskin_train::{Method, Player, Split};
+use dynaskin_train::Split;
 
 /// A bundle with its networks.
 pub struct Found {

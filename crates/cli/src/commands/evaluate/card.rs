@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Context as _;
-use dynaskin_train::study::Comparison;
+use dynaskin_evaluate::study::Comparison;
 
 use super::cost::Cost;
 use super::page::{Methods, SOFT, thousands};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use dynaskin_evaluate::study::{self, BANDS_HZ, ClipErrors, Comparison, Spectrum, signal_names};
 use dynaskin_report::{Curve, Plot, Report, Table};
-use dynaskin_train::study::{self, BANDS_HZ, ClipErrors, Comparison, Spectrum, signal_names};
 
 use super::page::{Methods, Subject};
 use super::tables::Csv;

@@ -1,7 +1,7 @@
 //! Mean errors of groups of held-out clips, such as all clips of one body or of one motion.
 
+use dynaskin_evaluate::study::ClipErrors;
 use dynaskin_report::{Report, Table};
-use dynaskin_train::study::ClipErrors;
 
 use super::page::Methods;
 use super::tables::Csv;

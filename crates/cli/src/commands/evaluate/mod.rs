@@ -19,8 +19,9 @@ use std::path::PathBuf;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_body::BodyModel;
+use dynaskin_evaluate::{Placement, Player, evaluate_placements};
 use dynaskin_runtime::Bundle;
-use dynaskin_train::{DataSet, Placement, Player, Set, Split, Tissue, evaluate_placements};
+use dynaskin_train::{DataSet, Set, Split, Tissue};
 
 use super::say;
 use super::train::{clip_bar, measure, read_body, summary};
@@ -60,7 +61,7 @@ pub struct EvaluateArgs {
     #[arg(long, requires = "report")]
     without_simulation: bool,
     /// Curves of autoencoders and principal components for the report, as `dynaskin train
-    /// --compare-subspaces` writes them; `methods/casas-otaduy/subspaces.csv` in the bundle's folder
+    /// casas-otaduy --compare-subspaces` writes them; `methods/casas-otaduy/subspaces.csv` in the bundle's folder
     /// where there is one, unless given.
     #[arg(long, requires = "report")]
     subspaces: Option<PathBuf>,

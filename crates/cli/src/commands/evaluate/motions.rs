@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use dynaskin_evaluate::study::{ClipErrors, Comparison};
 use dynaskin_report::Report;
 use dynaskin_train::Set;
-use dynaskin_train::study::{ClipErrors, Comparison};
 
 use super::groups::{Group, groups_table};
 use super::page::{Methods, Subject};

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use dynaskin_body::BodyModel;
+use dynaskin_evaluate::study::{self, Comparison, Contestant, SetComparison, group_names};
 use dynaskin_report::{Report, Table};
-use dynaskin_train::study::{self, Comparison, Contestant, SetComparison, group_names};
 use dynaskin_train::{DataSet, Set, motion_features};
 
 use super::bundles::Found;

@@ -4,8 +4,8 @@ use std::fs;
 
 use anyhow::Context as _;
 use dynaskin_body::{BodyModel, SkinMatrices, skin_linear};
+use dynaskin_evaluate::study::{self, Comparison, Reach, Snapshot};
 use dynaskin_report::{Picture, Report, Triangle, heat_colour};
-use dynaskin_train::study::{self, Comparison, Reach, Snapshot};
 use glam::Vec3;
 
 use super::page::{Methods, Subject};

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use dynaskin_evaluate::{Placement, PlacementErrors, evaluate_placements};
 use dynaskin_report::{Curve, Plot, Report, Table};
-use dynaskin_train::{Placement, PlacementErrors, Set, Tissue, evaluate_placements};
+use dynaskin_train::{Set, Tissue};
 
 use super::page::{Methods, Subject};
 use super::tables::Csv;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use dynaskin_evaluate::study::{ClipErrors, Comparison};
 use dynaskin_report::Report;
-use dynaskin_train::study::{ClipErrors, Comparison};
 use dynaskin_train::{DataSet, Set, Tissue};
 
 use super::groups::{Group, groups_table};

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use dynaskin_body::Region;
+use dynaskin_evaluate::study::{self, HIGHEST_HZ, Resonance, Shift, Snapshot};
 use dynaskin_report::{Report, Table};
 use dynaskin_sim::{Amplitude, Ringing};
-use dynaskin_train::study::{self, HIGHEST_HZ, Resonance, Shift, Snapshot};
 
 use super::page::{Methods, Subject};
 use super::pictures::{heat, lengths_mm, percentile, round_up};

@@ -6,22 +6,22 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
+use dynaskin_evaluate::study::{self, FLOOR_STRIDE, Floor, Floors};
 use dynaskin_report::{Curve, Plot, Report, Table};
-use dynaskin_train::study::{self, FLOOR_STRIDE, Floor, Floors};
 use dynaskin_train::{Set, Tissue};
 
 use super::page::{Methods, Subject};
 use super::tables::Csv;
 use crate::commands::train::{SubspaceRow, clip_bar};
 
-/// Curves of a clip that neither was fitted to, as `dynaskin train --compare-subspaces` left them in
-/// the file `csv`.
+/// Curves of a clip that neither was fitted to, as `dynaskin train casas-otaduy --compare-subspaces`
+/// left them in the file `csv`.
 pub fn subspaces_section(report: &mut Report, csv: &Path) -> anyhow::Result<()> {
     let text = fs::read_to_string(csv).with_context(|| format!("cannot read {}", csv.display()))?;
     let mut lines = text.lines();
     if lines.next() != Some(SubspaceRow::HEAD) {
         bail!(
-            "{} does not begin with {}: have it written by `dynaskin train --compare-subspaces`",
+            "{} does not begin with {}: have it written by `dynaskin train casas-otaduy --compare-subspaces`",
             csv.display(),
             SubspaceRow::HEAD
         );

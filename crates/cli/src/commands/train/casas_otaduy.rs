@@ -1,22 +1,27 @@
-//! `dynaskin train --method casas-otaduy` and its sibling without weights.
+//! `dynaskin train casas-otaduy` and its sibling without weights.
 
-use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
-use dynaskin_train::{
-    AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, Networks,
-    RegressorConfig, RunFolder, TrainingInput, compare_subspaces, train_casas_otaduy,
+use dynaskin_baselines::{
+    AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, RegressorConfig,
+    RunFolder, compare_subspaces, train_casas_otaduy,
 };
+use dynaskin_train::{Networks, TrainingInput};
 
 use super::subspaces::SubspaceRow;
-use super::{PaperArgs, clip_bar, epoch_line};
+use super::{CommonArgs, EpochArgs, PaperArgs, clip_bar, epoch_line};
 use crate::commands::say;
 
-/// Settings of Casas & Otaduy's method.
+/// Options of Casas & Otaduy's method.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Casas & Otaduy")]
 pub struct CasasOtaduyArgs {
+    #[command(flatten)]
+    pub common: CommonArgs,
+    #[command(flatten)]
+    pub epochs: EpochArgs,
+    #[command(flatten)]
+    paper: PaperArgs,
     /// Widths of the autoencoder: two layers and the latents.
     #[arg(
         long,
@@ -40,25 +45,6 @@ pub struct CasasOtaduyArgs {
     compare_subspaces: Option<String>,
 }
 
-/// What the common arguments say about this method.
-#[derive(Clone, Copy, Debug)]
-pub struct Common<'a> {
-    /// Passes over the training set.
-    pub epochs: Option<usize>,
-    /// Epochs without progress after which a network's training ends; 0: never.
-    pub patience_epochs: Option<usize>,
-    /// Peak of the regressor's learning rate.
-    pub learning_rate: Option<f64>,
-    /// What the papers' methods share.
-    pub paper: &'a PaperArgs,
-    /// Whether the loss weighs vertices by rigidity.
-    pub weighted: bool,
-    /// Where the state is kept.
-    pub folder: RunFolder<'a>,
-    /// Folder of the bundle.
-    pub out: &'a Path,
-}
-
 fn widths(text: &str) -> Result<AutoencoderWidths, String> {
     let numbers: Result<Vec<usize>, _> = text.split(',').map(str::parse).collect();
     match numbers.as_deref() {
@@ -72,28 +58,28 @@ fn widths(text: &str) -> Result<AutoencoderWidths, String> {
 }
 
 impl CasasOtaduyArgs {
-    fn config(&self, seed: u64, common: Common<'_>) -> CasasOtaduyConfig {
+    fn config(&self, weighted: bool) -> CasasOtaduyConfig {
+        let (seed, paper, epochs) = (self.common.seed, &self.paper, &self.epochs);
         let mut autoencoder = AutoencoderConfig {
             seed,
             ..AutoencoderConfig::default()
         };
-        let paper = common.paper;
         autoencoder.epochs = paper.autoencoder_epochs.unwrap_or(autoencoder.epochs);
         autoencoder.frames = paper.autoencoder_frames.unwrap_or(autoencoder.frames);
         let rate = paper.autoencoder_learning_rate;
         autoencoder.learning_rate = rate.unwrap_or(autoencoder.learning_rate);
         let mut regressor = RegressorConfig {
             seed,
-            weighted: common.weighted,
+            weighted,
             rollout: self.rollout,
             latent_noise: self.latent_noise,
             ..RegressorConfig::default()
         };
         autoencoder.widths = self.autoencoder_widths.unwrap_or(autoencoder.widths);
-        regressor.epochs = common.epochs.unwrap_or(regressor.epochs);
-        regressor.learning_rate = common.learning_rate.unwrap_or(regressor.learning_rate);
+        regressor.epochs = epochs.epochs.unwrap_or(regressor.epochs);
+        regressor.learning_rate = epochs.learning_rate.unwrap_or(regressor.learning_rate);
         regressor.hidden = self.neurons.or(regressor.hidden);
-        let patience = common.patience_epochs;
+        let patience = epochs.patience;
         autoencoder.patience_epochs = patience.unwrap_or(autoencoder.patience_epochs);
         regressor.patience_epochs = patience.unwrap_or(regressor.patience_epochs);
         if paper.published_size {
@@ -109,13 +95,20 @@ impl CasasOtaduyArgs {
     }
 }
 
-/// Trains the method; gives the minutes it took, too.
+/// Trains the method, with or without the weights of the loss; gives the minutes it took, too.
 pub fn train(
     args: &CasasOtaduyArgs,
+    weighted: bool,
     input: TrainingInput<'_>,
-    common: Common<'_>,
 ) -> anyhow::Result<(Networks, f64)> {
-    let config = args.config(input.seed, common);
+    let config = args.config(weighted);
+    let path = args.epochs.checkpoint_folder(&args.common.out);
+    let folder = RunFolder {
+        path: &path,
+        data: &input.data_set.fingerprint(),
+        resume: args.epochs.resume,
+    };
+    args.epochs.refuse_to_overwrite(&path, folder.holds_run())?;
     let (mut bar, mut start, mut seen) = (None, Instant::now(), ("", 0));
     let mut progress = |progress: CasasOtaduyProgress<'_>| match progress {
         CasasOtaduyProgress::Clips { done, all } => {
@@ -141,11 +134,11 @@ pub fn train(
             say(&format!("{network} {line}"));
         }
     };
-    let trained = train_casas_otaduy(input, &config, common.folder, &mut progress)?;
+    let trained = train_casas_otaduy(input, &config, folder, &mut progress)?;
     if let Some(clip) = &args.compare_subspaces {
         let folder = RunFolder {
             resume: true,
-            ..common.folder
+            ..folder
         };
         let sizes = [50, config.autoencoder.widths.latent];
         let autoencoder = &config.autoencoder;
@@ -171,8 +164,8 @@ pub fn train(
                 csv.push_str(&format!("{row}\n"));
             }
         }
-        std::fs::create_dir_all(common.out)?;
-        std::fs::write(common.out.join("subspaces.csv"), csv)?;
+        std::fs::create_dir_all(&args.common.out)?;
+        std::fs::write(args.common.out.join("subspaces.csv"), csv)?;
     }
     Ok(trained)
 }

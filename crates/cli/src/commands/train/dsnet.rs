@@ -1,18 +1,25 @@
-//! `dynaskin train --method dsnet` and `dsnet-rbf`.
+//! `dynaskin train dsnet` and `dsnet-rbf`.
 
 use std::time::Instant;
 
 use clap::Args;
-use dynaskin_train::dsnet::{DsnetConfig, Progress, ShapeInput, Stage, StageEpoch, train_dsnet};
-use dynaskin_train::{Method, Networks, TrainingInput};
+use dynaskin_baselines::dsnet::{
+    DsnetConfig, Progress, ShapeInput, Stage, StageEpoch, train_dsnet,
+};
+use dynaskin_train::{Networks, TrainingInput};
 
-use super::{TrainArgs, clip_bar};
+use super::{CommonArgs, EpochArgs, PaperArgs, clip_bar};
 use crate::commands::say;
 
-/// Settings of the two methods.
+/// Options of the two methods.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "DSNet")]
 pub struct DsnetArgs {
+    #[command(flatten)]
+    pub common: CommonArgs,
+    #[command(flatten)]
+    pub epochs: EpochArgs,
+    #[command(flatten)]
+    paper: PaperArgs,
     /// Let padded frames count.
     #[arg(long)]
     no_mask: bool,
@@ -24,11 +31,7 @@ pub struct DsnetArgs {
     strides: Option<Vec<usize>>,
 }
 
-fn config(args: &TrainArgs) -> DsnetConfig {
-    let shape_input = match args.method {
-        Method::DsnetRbf => ShapeInput::FirstState,
-        _ => ShapeInput::EveryStep,
-    };
+fn config(args: &DsnetArgs, shape_input: ShapeInput) -> DsnetConfig {
     let usual = if args.paper.published_size {
         DsnetConfig::published(shape_input)
     } else {
@@ -37,21 +40,21 @@ fn config(args: &TrainArgs) -> DsnetConfig {
             ..DsnetConfig::default()
         }
     };
-    let (paper, dsnet) = (&args.paper, &args.dsnet);
+    let (paper, epochs) = (&args.paper, &args.epochs);
     let rate = paper.autoencoder_learning_rate;
     let mut autoencoder = usual.autoencoder;
-    if let Some(channels) = dsnet.channels.as_deref() {
+    if let Some(channels) = args.channels.as_deref() {
         autoencoder.channels = channels.try_into().unwrap_or(autoencoder.channels);
     }
-    if let Some(strides) = dsnet.strides.as_deref() {
+    if let Some(strides) = args.strides.as_deref() {
         autoencoder.strides = strides.try_into().unwrap_or(autoencoder.strides);
     }
     DsnetConfig {
-        seed: args.seed,
-        mask: !dsnet.no_mask,
-        epochs: args.epochs.unwrap_or(usual.epochs),
-        patience_epochs: args.patience.unwrap_or(usual.patience_epochs),
-        learning_rate: args.learning_rate.unwrap_or(usual.learning_rate),
+        seed: args.common.seed,
+        mask: !args.no_mask,
+        epochs: epochs.epochs.unwrap_or(usual.epochs),
+        patience_epochs: epochs.patience.unwrap_or(usual.patience_epochs),
+        learning_rate: epochs.learning_rate.unwrap_or(usual.learning_rate),
         autoencoder_frames: paper.autoencoder_frames.unwrap_or(usual.autoencoder_frames),
         autoencoder_epochs: paper.autoencoder_epochs.unwrap_or(usual.autoencoder_epochs),
         autoencoder_learning_rate: rate.unwrap_or(usual.autoencoder_learning_rate),
@@ -61,10 +64,15 @@ fn config(args: &TrainArgs) -> DsnetConfig {
 }
 
 /// Trains; gives the minutes it took, earlier runs of the checkpoint among them.
-pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
-    let config = config(args);
-    let folder = args.checkpoint_folder();
-    args.refuse_to_overwrite(folder.join("autoencoder").exists())?;
+pub fn train(
+    args: &DsnetArgs,
+    shape_input: ShapeInput,
+    input: TrainingInput<'_>,
+) -> anyhow::Result<(Networks, f64)> {
+    let config = config(args, shape_input);
+    let folder = args.epochs.checkpoint_folder(&args.common.out);
+    args.epochs
+        .refuse_to_overwrite(&folder, folder.join("autoencoder").exists())?;
     let bar = clip_bar("reading clips");
     let mut clock = Clock::default();
     let progress = &mut |progress: Progress<'_>| match progress {
@@ -74,7 +82,7 @@ pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Netw
         }
         Progress::Epoch(epoch) => say(&clock.line(epoch)),
     };
-    let (networks, seconds) = train_dsnet(&input, &config, &folder, args.resume, progress)?;
+    let (networks, seconds) = train_dsnet(&input, &config, &folder, args.epochs.resume, progress)?;
     bar.finish_and_clear();
     Ok((networks, seconds / 60.0))
 }

@@ -1,23 +1,92 @@
-//! `dynaskin train` without `--method`: our own networks.
+//! `dynaskin train dynaskin`, or without a method: our own networks.
 
 use std::time::Instant;
 
+use clap::Args;
 use dynaskin_runtime::features::FeatureKind;
 use dynaskin_train::{
     Checkpoint, Networks, Precision, Predictor, Prepared, TissueMeasure, TrainConfig,
     TrainingInput, decoder_onnx, predictor_onnx, prepare, train as train_predictor,
 };
 
-use super::{TrainArgs, clip_bar, epoch_line};
+use super::{CommonArgs, EpochArgs, clip_bar, epoch_line};
 use crate::commands::say;
 
+/// Options of our own method.
+#[derive(Debug, Args)]
+pub struct DynaskinArgs {
+    #[command(flatten)]
+    pub common: CommonArgs,
+    #[command(flatten)]
+    pub epochs: EpochArgs,
+    /// Width of the encoding.
+    #[arg(long, default_value_t = TrainConfig::default().encoding)]
+    encoding: usize,
+    /// Damped springs.
+    #[arg(long, default_value_t = TrainConfig::default().springs)]
+    springs: usize,
+    /// Cells of the LSTM.
+    #[arg(long, default_value_t = TrainConfig::default().hidden)]
+    hidden: usize,
+    /// Principal components.
+    #[arg(long, default_value_t = TrainConfig::default().components)]
+    components: usize,
+    /// Frames a window of back-propagation through time.
+    #[arg(long, default_value_t = TrainConfig::default().window)]
+    window: usize,
+    /// Sequences side by side in a batch.
+    #[arg(long, default_value_t = TrainConfig::default().lanes)]
+    lanes: usize,
+    /// AdamW's weight decay.
+    #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
+    weight_decay: f32,
+    /// How much the change of the error from tick to tick counts beside the error.
+    #[arg(long, default_value_t = TrainConfig::default().velocity_weight)]
+    velocity_weight: f32,
+    /// How loud the shape coefficients are beside the thickness of the tissue.
+    #[arg(long, default_value_t = TrainConfig::default().shape_loudness)]
+    shape_loudness: f32,
+    /// Let every spring hear every joint.
+    #[arg(long)]
+    global: bool,
+    /// Do not learn from mirror images.
+    #[arg(long)]
+    no_mirror: bool,
+}
+
+impl DynaskinArgs {
+    fn config(&self) -> TrainConfig {
+        let usual = TrainConfig::default();
+        let epochs = &self.epochs;
+        TrainConfig {
+            seed: self.common.seed,
+            epochs: epochs.epochs.unwrap_or(usual.epochs),
+            patience_epochs: epochs.patience.unwrap_or(usual.patience_epochs),
+            encoding: self.encoding,
+            springs: self.springs,
+            hidden: self.hidden,
+            components: self.components,
+            window: self.window,
+            lanes: self.lanes,
+            learning_rate: epochs.learning_rate.unwrap_or(usual.learning_rate),
+            weight_decay: self.weight_decay,
+            velocity_weight: self.velocity_weight,
+            shape_loudness: self.shape_loudness,
+            local: !self.global,
+            mirror: !self.no_mirror,
+            ..usual
+        }
+    }
+}
+
 /// Trains our networks; gives the minutes it took, earlier runs of the checkpoint among them.
-pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
+pub fn train(args: &DynaskinArgs, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
     let config = args.config();
     config.check()?;
-    let checkpoint =
-        Checkpoint::new(&args.checkpoint_folder())?.for_data(input.data_set.fingerprint());
-    args.refuse_to_overwrite(checkpoint.holds_run())?;
+    let folder = args.epochs.checkpoint_folder(&args.common.out);
+    let checkpoint = Checkpoint::new(&folder)?.for_data(input.data_set.fingerprint());
+    args.epochs
+        .refuse_to_overwrite(&folder, checkpoint.holds_run())?;
 
     let bar = clip_bar("reading clips");
     let prepared = prepare(input.data_set, input.body, &config, |done, all| {
@@ -33,7 +102,7 @@ pub fn train(args: &TrainArgs, input: TrainingInput<'_>) -> anyhow::Result<(Netw
         &prepared.data,
         &config,
         input.compute,
-        (&checkpoint, args.resume),
+        (&checkpoint, args.epochs.resume),
         |epoch| {
             epochs_seen += 1;
             say(&epoch_line(

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use dynaskin_train::{DataSet, Method, Networks, Set, Split, Tissue, TrainingFacts};
+use dynaskin_evaluate::{Method, TrainingFacts};
+use dynaskin_train::{DataSet, Networks, Set, Split, Tissue};
 
 /// What a bundle tells of its training; the last three are of the run.
 pub fn facts(

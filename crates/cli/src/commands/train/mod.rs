@@ -1,280 +1,174 @@
 //! `dynaskin train`: from simulated clips to a measured bundle.
 
+mod args;
 mod casas_otaduy;
 mod dsnet;
 mod dynaskin;
 mod facts;
+mod fitted;
 mod subspaces;
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::Path;
+use std::time::Duration;
 
-use anyhow::{Context as _, bail};
-use clap::Args;
+use anyhow::Context as _;
+use clap::{ArgMatches, Args, Command, FromArgMatches, Subcommand};
+use dynaskin_baselines::dsnet::ShapeInput;
 use dynaskin_body::BodyModel;
+use dynaskin_evaluate::{BundleParts, Method, Player, Report, evaluate, write_bundle};
 use dynaskin_runtime::BundleFile;
-use dynaskin_train::{
-    BundleParts, Compute, DataSet, DmplConfig, EpochRecord, Method, Networks, Player, Report,
-    RunFolder, Set, Split, SpringBonesConfig, Tissue, TrainConfig, TrainError, TrainingInput,
-    evaluate, train_dmpl, train_spring_bones, write_bundle,
-};
+use dynaskin_train::{Compute, DataSet, EpochRecord, Networks, Set, Split, Tissue, TrainingInput};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::say;
+use args::{CommonArgs, EpochArgs, PaperArgs};
 use casas_otaduy::CasasOtaduyArgs;
 use dsnet::DsnetArgs;
+use dynaskin::DynaskinArgs;
 use facts::facts;
+use fitted::{DmplArgs, SpringBonesArgs};
 pub(in crate::commands) use subspaces::SubspaceRow;
 
-/// Arguments of `dynaskin train`.
-#[derive(Debug, Args)]
-pub struct TrainArgs {
-    /// Folder of clips made by `dynaskin simulate`.
-    #[arg(long)]
-    data: PathBuf,
-    /// What to train.
-    #[arg(long, value_parser = method, default_value = "dynaskin")]
-    method: Method,
-    /// The body GLB that the clips were simulated on.
-    #[arg(long)]
-    body: PathBuf,
-    /// Folder to write the bundle into.
-    #[arg(long)]
-    out: PathBuf,
-    /// Folder of the training state; `checkpoint` in the output folder unless given.
-    #[arg(long)]
-    checkpoint: Option<PathBuf>,
-    /// Go on with the run whose state is in the checkpoint folder.
-    #[arg(long)]
-    resume: bool,
-    /// Forget the run whose state is in the checkpoint folder, and begin anew.
-    #[arg(long, conflicts_with = "resume")]
-    restart: bool,
-    /// What is held out, as JSON; the project's own split unless given.
-    #[arg(long)]
-    split: Option<PathBuf>,
-    /// Seed of everything random.
-    #[arg(long, default_value_t = TrainConfig::default().seed)]
-    seed: u64,
-    /// What to train on: cpu, cuda or vulkan; the latter two need the cargo feature of that name.
-    #[arg(long, value_parser = compute, default_value = "cpu")]
-    device: Compute,
-    /// Passes over the training set; as many as the method usually takes unless given.
-    #[arg(long)]
-    epochs: Option<usize>,
-    /// End the training of a network once so many epochs in a row were no better than one before on
-    /// the validation clips; 0 goes through all epochs. What the method usually has unless given.
-    #[arg(long, value_name = "EPOCHS")]
-    patience: Option<usize>,
-    /// Width of the encoding.
-    #[arg(long, default_value_t = TrainConfig::default().encoding)]
-    encoding: usize,
-    /// Damped springs.
-    #[arg(long, default_value_t = TrainConfig::default().springs)]
-    springs: usize,
-    /// Cells of the LSTM.
-    #[arg(long, default_value_t = TrainConfig::default().hidden)]
-    hidden: usize,
-    /// Principal components; as many as the method usually has unless given.
-    #[arg(long)]
-    components: Option<usize>,
-    /// Frames a window of back-propagation through time.
-    #[arg(long, default_value_t = TrainConfig::default().window)]
-    window: usize,
-    /// Sequences side by side in a batch.
-    #[arg(long, default_value_t = TrainConfig::default().lanes)]
-    lanes: usize,
-    /// Peak of the learning rate; what the method usually has unless given.
-    #[arg(long)]
-    learning_rate: Option<f64>,
-    /// AdamW's weight decay.
-    #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
-    weight_decay: f32,
-    /// How much the change of the error from tick to tick counts beside the error.
-    #[arg(long, default_value_t = TrainConfig::default().velocity_weight)]
-    velocity_weight: f32,
-    /// How loud the shape coefficients are beside the thickness of the tissue.
-    #[arg(long, default_value_t = TrainConfig::default().shape_loudness)]
-    shape_loudness: f32,
-    /// The body is in another folder already: do not write it.
-    #[arg(long)]
-    without_body: bool,
-    /// Let every spring hear every joint.
-    #[arg(long)]
-    global: bool,
-    /// Do not learn from mirror images.
-    #[arg(long)]
-    no_mirror: bool,
-    #[command(flatten)]
-    paper: PaperArgs,
-    #[command(flatten)]
-    dsnet: DsnetArgs,
-    #[command(flatten)]
-    casas_otaduy: CasasOtaduyArgs,
+/// What to train, and how: `dynaskin train METHOD`, where our own method is meant without a name.
+///
+/// Each method has a subcommand with its own options, so that an option of another one is refused.
+#[derive(Debug, Subcommand)]
+pub enum TrainCommand {
+    /// Our own networks: what is trained without a method's name.
+    Dynaskin(DynaskinArgs),
+    /// Damped springs per region, tuned on the training clips.
+    SpringBones(SpringBonesArgs),
+    /// Principal components and a linear auto-regression, as in Dyna and DMPL.
+    Dmpl(DmplArgs),
+    /// Casas & Otaduy 2018, with the loss that weighs vertices by their rigidity.
+    CasasOtaduy(CasasOtaduyArgs),
+    /// The same without those weights.
+    CasasOtaduyUnweighted(CasasOtaduyArgs),
+    /// DSNet 2021: shape enters at every step.
+    Dsnet(DsnetArgs),
+    /// Its variant whose radial basis functions set the LSTM's first state from the shape.
+    DsnetRbf(DsnetArgs),
 }
 
-/// Settings that the methods of the papers share.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Methods of the papers")]
-struct PaperArgs {
-    /// The sizes of the paper, which are not made for two cores.
-    #[arg(long)]
-    published_size: bool,
-    /// Passes of the autoencoder's training.
-    #[arg(long)]
-    autoencoder_epochs: Option<usize>,
-    /// Frames of each of these passes, drawn from the training set.
-    #[arg(long)]
-    autoencoder_frames: Option<usize>,
-    /// Peak of the autoencoder's learning rate.
-    #[arg(long)]
-    autoencoder_learning_rate: Option<f64>,
-}
+/// The methods' names, which a usage line shows where none of them was given.
+const NAMES: &str =
+    "spring-bones|dmpl|casas-otaduy|casas-otaduy-unweighted|dsnet|dsnet-rbf|dynaskin";
 
-fn compute(name: &str) -> Result<Compute, String> {
-    Compute::from_name(name).ok_or_else(|| {
-        let names = Compute::ALL.map(Compute::name);
-        format!("no such device; there are {}", names.join(", "))
-    })
-}
+/// Arguments of `dynaskin train`: a method's subcommand, or the options of our own.
+#[derive(Debug)]
+pub struct TrainArgs(TrainCommand);
 
-fn method(name: &str) -> Result<Method, String> {
-    Method::from_name(name).ok_or_else(|| {
-        let names = Method::ALL.map(Method::name);
-        format!("no such method; there are {}", names.join(", "))
-    })
-}
-
-impl TrainArgs {
-    fn checkpoint_folder(&self) -> PathBuf {
-        let folder = self.checkpoint.clone();
-        folder.unwrap_or_else(|| self.out.join("checkpoint"))
+impl FromArgMatches for TrainArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(if matches.subcommand_name().is_some() {
+            TrainCommand::from_arg_matches(matches)?
+        } else {
+            TrainCommand::Dynaskin(DynaskinArgs::from_arg_matches(matches)?)
+        }))
     }
 
-    fn refuse_to_overwrite(&self, holds_run: bool) -> anyhow::Result<()> {
-        if holds_run && !self.resume && !self.restart {
-            bail!(
-                "{} holds an earlier run: --resume goes on with it, --restart forgets it",
-                self.checkpoint_folder().display()
-            );
-        }
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
         Ok(())
     }
+}
 
-    /// Refuses settings of training by epochs for a method that is fitted at once.
-    fn refuse_epochs(&self) -> anyhow::Result<()> {
-        let given = [
-            ("--epochs", self.epochs.is_some()),
-            ("--patience", self.patience.is_some()),
-            ("--learning-rate", self.learning_rate.is_some()),
-            ("--resume", self.resume),
-            ("--device", self.device != Compute::Cpu),
-        ];
-        let given = given.into_iter().filter(|(_, given)| *given);
-        let names: Vec<&str> = given.map(|(name, _)| name).collect();
-        if !names.is_empty() {
-            bail!(
-                "{} is fitted at once, on the processor: leave out {}",
-                self.method.name(),
-                names.join(", ")
-            );
-        }
-        Ok(())
+impl Args for TrainArgs {
+    fn augment_args(command: Command) -> Command {
+        TrainCommand::augment_subcommands(DynaskinArgs::augment_args(command))
+            .subcommand_required(false)
+            .arg_required_else_help(false)
+            .args_conflicts_with_subcommands(true)
+            .subcommand_negates_reqs(true)
+            .subcommand_help_heading("Methods")
+            .subcommand_value_name(NAMES)
     }
 
-    fn config(&self) -> TrainConfig {
-        TrainConfig {
-            seed: self.seed,
-            epochs: self.epochs.unwrap_or(TrainConfig::default().epochs),
-            patience_epochs: self
-                .patience
-                .unwrap_or(TrainConfig::default().patience_epochs),
-            encoding: self.encoding,
-            springs: self.springs,
-            hidden: self.hidden,
-            components: self.components.unwrap_or(TrainConfig::default().components),
-            window: self.window,
-            lanes: self.lanes,
-            learning_rate: self
-                .learning_rate
-                .unwrap_or(TrainConfig::default().learning_rate),
-            weight_decay: self.weight_decay,
-            velocity_weight: self.velocity_weight,
-            shape_loudness: self.shape_loudness,
-            local: !self.global,
-            mirror: !self.no_mirror,
-            ..TrainConfig::default()
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl TrainCommand {
+    fn method(&self) -> Method {
+        match self {
+            Self::Dynaskin(_) => Method::Dynaskin,
+            Self::SpringBones(_) => Method::SpringBones,
+            Self::Dmpl(_) => Method::Dmpl,
+            Self::CasasOtaduy(_) => Method::CasasOtaduy,
+            Self::CasasOtaduyUnweighted(_) => Method::CasasOtaduyUnweighted,
+            Self::Dsnet(_) => Method::Dsnet,
+            Self::DsnetRbf(_) => Method::DsnetRbf,
+        }
+    }
+
+    fn common(&self) -> &CommonArgs {
+        match self {
+            Self::Dynaskin(args) => &args.common,
+            Self::SpringBones(args) => &args.common,
+            Self::Dmpl(args) => &args.common,
+            Self::CasasOtaduy(args) | Self::CasasOtaduyUnweighted(args) => &args.common,
+            Self::Dsnet(args) | Self::DsnetRbf(args) => &args.common,
+        }
+    }
+
+    /// What to train on; methods that are fitted at once know the processor only.
+    fn device(&self) -> Compute {
+        match self {
+            Self::Dynaskin(args) => args.epochs.device,
+            Self::SpringBones(_) | Self::Dmpl(_) => Compute::Cpu,
+            Self::CasasOtaduy(args) | Self::CasasOtaduyUnweighted(args) => args.epochs.device,
+            Self::Dsnet(args) | Self::DsnetRbf(args) => args.epochs.device,
+        }
+    }
+
+    /// Trains; gives the minutes it took, earlier runs of the checkpoint among them.
+    fn train(&self, input: TrainingInput<'_>) -> anyhow::Result<(Networks, f64)> {
+        match self {
+            Self::Dynaskin(args) => dynaskin::train(args, input),
+            Self::SpringBones(args) => args.train(input),
+            Self::Dmpl(args) => args.train(input),
+            Self::CasasOtaduy(args) => casas_otaduy::train(args, true, input),
+            Self::CasasOtaduyUnweighted(args) => casas_otaduy::train(args, false, input),
+            Self::Dsnet(args) => dsnet::train(args, ShapeInput::EveryStep, input),
+            Self::DsnetRbf(args) => dsnet::train(args, ShapeInput::FirstState, input),
         }
     }
 }
 
 /// Runs `dynaskin train`.
-pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
-    let split = match &args.split {
+pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
+    let common = command.common();
+    let split = match &common.split {
         Some(path) => Split::read(path)?,
         None => Split::default(),
     };
-    let (body, body_glb) = read_body(&args.body)?;
+    let (body, body_glb) = read_body(&common.body)?;
     let body_sha256 = BundleFile::of("body.glb", &body_glb).sha256;
-    let data_set = DataSet::open(&args.data, &body_sha256, &split)?;
+    let data_set = DataSet::open(&common.data, &body_sha256, &split)?;
     say(&listing(&data_set));
 
     let input = TrainingInput {
         data_set: &data_set,
         body: &body,
-        seed: args.seed,
-        compute: args.device,
+        seed: common.seed,
+        compute: command.device(),
     };
     // A device that is not there should not be found missing after all clips are read.
-    args.device.device()?;
-    let (networks, minutes) = match args.method {
-        Method::Dynaskin => dynaskin::train(args, input)?,
-        Method::SpringBones => {
-            args.refuse_epochs()?;
-            timed(|progress| train_spring_bones(input, &SpringBonesConfig::default(), progress))?
-        }
-        Method::Dmpl => {
-            args.refuse_epochs()?;
-            let config = DmplConfig {
-                seed: args.seed,
-                components: args.components.unwrap_or(DmplConfig::default().components),
-                mirror: !args.no_mirror,
-                ..DmplConfig::default()
-            };
-            timed(|progress| train_dmpl(input, &config, progress))?
-        }
-        Method::Dsnet | Method::DsnetRbf => dsnet::train(args, input)?,
-        Method::CasasOtaduy | Method::CasasOtaduyUnweighted => {
-            let folder = RunFolder {
-                path: &args.checkpoint_folder(),
-                data: &data_set.fingerprint(),
-                resume: args.resume,
-            };
-            args.refuse_to_overwrite(folder.holds_run())?;
-            let common = casas_otaduy::Common {
-                epochs: args.epochs,
-                patience_epochs: args.patience,
-                learning_rate: args.learning_rate,
-                paper: &args.paper,
-                weighted: args.method == Method::CasasOtaduy,
-                folder,
-                out: &args.out,
-            };
-            casas_otaduy::train(&args.casas_otaduy, input, common)?
-        }
-    };
+    input.compute.device()?;
+    let (networks, minutes) = command.train(input)?;
 
     let facts = facts(
         &data_set,
         &networks,
         split,
-        (args.method, args.seed, minutes),
+        (command.method(), common.seed, minutes),
     );
     let parts = BundleParts {
         name: &body.name,
         body_glb: &body_glb,
-        with_body: !args.without_body,
+        with_body: !common.without_body,
         networks: &networks,
         vertices: &data_set.vertices,
         training: &facts,
@@ -285,24 +179,10 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
         &networks.decoder_onnx,
     )?;
     let report = measure(&mut player, &data_set, &body)?;
-    write_bundle(&args.out, &parts, &report)?;
+    write_bundle(&common.out, &parts, &report)?;
     say(&summary(&report));
-    say(&format!("bundle written to {}", args.out.display()));
+    say(&format!("bundle written to {}", common.out.display()));
     Ok(())
-}
-
-/// Training without epochs, shown as a bar over the clips; gives the minutes it took, too.
-fn timed(
-    train: impl FnOnce(&mut dyn FnMut(usize, usize)) -> Result<Networks, TrainError>,
-) -> anyhow::Result<(Networks, f64)> {
-    let start = Instant::now();
-    let bar = clip_bar("reading clips");
-    let networks = train(&mut |done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-    })?;
-    bar.finish_and_clear();
-    Ok((networks, start.elapsed().as_secs_f64() / 60.0))
 }
 
 /// A body and its file.

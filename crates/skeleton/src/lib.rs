@@ -1,0 +1,17 @@
+//! The skeleton of dynaskin: SMPL's joints, poses, forward kinematics, and the causal kinematics
+//! that the simulator and the networks' features share.
+//!
+//! Conventions: metres, radians, seconds; right-handed, +Y up, facing +Z, the body's left at +X.
+//! A joint's rest frame is aligned with the model's axes.
+
+mod joint;
+mod kinematics;
+mod limit;
+mod pose;
+
+pub use joint::{JOINT_COUNT, Joint};
+pub use kinematics::{
+    GRAVITY_M_S2, JointMotion, Kinematics, MODEL_RATE_HZ, Past, rotation_vector, second_difference,
+};
+pub use limit::{SoftLimit, soft_clip};
+pub use pose::{Pose, WorldJoints};

@@ -1,0 +1,374 @@
+//! The subspace of the offsets that dynaskin predicts in: principal components of one block of the
+//! body each.
+//!
+//! Tissue of the left calf says nothing about the right arm, but components of the whole body hold
+//! numbers for both. Blocks need a fifth of the weights for the same error
+//! (docs/design/decoder.md), and weights are the download and the time of a frame.
+
+use dynaskin_body::{BodyModel, REGION_COUNT, Region};
+use nalgebra::DMatrix;
+
+use crate::TrainError;
+use crate::mirror::Mirror;
+use crate::pca::Basis;
+
+/// Most components of one block.
+const MOST_COMPONENTS: usize = 64;
+/// A vertex this close to the plane x = 0 lies on it, in metres.
+const MIDLINE_M: f32 = 1e-3;
+/// Name of the block that lies on both sides.
+const MIDDLE: &str = "middle";
+
+/// A part of the body that is to have a basis of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Region and side, such as `left thighs`.
+    pub name: String,
+    /// The region; none where the body knows none.
+    pub region: Option<Region>,
+    /// Slots of the data set's vertex list, ascending.
+    pub slots: Vec<usize>,
+}
+
+/// A part and its basis.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Region and side, such as `left thighs`.
+    pub name: String,
+    /// The region; none where the body knows none.
+    pub region: Option<Region>,
+    /// Slots of the data set's vertex list, ascending.
+    pub slots: Vec<usize>,
+    /// Directions of the offsets of these slots.
+    pub basis: Basis,
+}
+
+/// Bases of blocks that share no vertex, so that all directions together are orthonormal: squared
+/// distances between latents are squared distances between offset fields, in square metres.
+#[derive(Clone, Debug)]
+pub struct BlockBasis {
+    /// The blocks; latents are those of the first block, then those of the second, and so on.
+    pub blocks: Vec<Block>,
+    /// Root mean square of each latent over the sample, in metres.
+    pub deviation_m: Vec<f32>,
+    coordinates: usize,
+}
+
+/// The parts of a body that become blocks: the regions, those that lie on both sides cut in two,
+/// and what lies on the midline together with the belly. Left and right blocks are mirror images of
+/// each other where there is a `mirror`. A body without regions is one block.
+pub fn partition(model: &BodyModel, vertices: &[u32], mirror: Option<&Mirror>) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::new();
+    for slot in 0..vertices.len() {
+        // Of two partners the first decides for both.
+        let partner = mirror.map_or(slot, |mirror| mirror.partner(slot));
+        let decides = vertices[slot.min(partner)] as usize;
+        let x_m = model.template_m[vertices[slot] as usize].x;
+        let region = region_of(model, decides, x_m);
+        let name = match region {
+            Some(region) if region != Region::Belly => {
+                let side = if x_m > 0.0 { "left" } else { "right" };
+                format!("{side} {}", region.name())
+            }
+            _ => MIDDLE.to_owned(),
+        };
+        match parts.iter_mut().find(|part| part.name == name) {
+            Some(part) => part.slots.push(slot),
+            None => parts.push(Part {
+                name,
+                region,
+                slots: vec![slot],
+            }),
+        }
+    }
+    parts.sort_by(|a, b| a.name.cmp(&b.name));
+    parts
+}
+
+/// The region that a vertex at `x_m` belongs to most; the belly on the midline.
+fn region_of(model: &BodyModel, vertex: usize, x_m: f32) -> Option<Region> {
+    if model.region_weights.len() != REGION_COUNT {
+        return None;
+    }
+    if x_m.abs() < MIDLINE_M {
+        return Some(Region::Belly);
+    }
+    let weight = |region: Region| model.region_weights[region as usize][vertex];
+    let heaviest = |a: Region, b: Region| if weight(b) > weight(a) { b } else { a };
+    Region::ALL.into_iter().reduce(heaviest)
+}
+
+impl BlockBasis {
+    /// Bases of at most `components` directions together, from `sample` (one frame of offsets in
+    /// metres a row) and the parts that [`partition`] gives. The directions go where they lower
+    /// the mean vertex error most; left and right get as many.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] where there are fewer components than blocks, or frames;
+    /// [`TrainError::NotFinite`].
+    pub fn fit(
+        sample: &DMatrix<f32>,
+        parts: Vec<Part>,
+        components: usize,
+        seed: u64,
+    ) -> Result<Self, TrainError> {
+        if components < parts.len() {
+            return Err(TrainError::Config {
+                setting: "components",
+                got: components.to_string(),
+                expected: format!("at least {}, one for each block", parts.len()),
+            });
+        }
+        let mut blocks = Vec::new();
+        let mut variances = Vec::new();
+        for part in parts {
+            let columns = part
+                .slots
+                .iter()
+                .flat_map(|slot| (0..3).map(move |axis| 3 * slot + axis));
+            let columns: Vec<usize> = columns.collect();
+            let of_block = sample.select_columns(&columns);
+            let frames = of_block.nrows().max(1) as f32;
+            variances.push(of_block.norm_squared() / frames);
+            let most = MOST_COMPONENTS.min(of_block.nrows()).min(of_block.ncols());
+            let basis = Basis::fit(&of_block, most.min(components), seed)?;
+            blocks.push(Block {
+                name: part.name,
+                region: part.region,
+                slots: part.slots,
+                basis,
+            });
+        }
+        let counts = share_out(&blocks, &variances, components);
+        for (block, count) in blocks.iter_mut().zip(counts) {
+            block.basis = block.basis.truncated(count);
+        }
+        let deviations = blocks
+            .iter()
+            .map(|block| block.basis.deviation_m.as_slice());
+        Ok(Self {
+            deviation_m: deviations.collect::<Vec<_>>().concat(),
+            blocks,
+            coordinates: sample.ncols(),
+        })
+    }
+
+    /// Number of components of all blocks.
+    pub fn components(&self) -> usize {
+        self.deviation_m.len()
+    }
+
+    /// Number of coordinates: three a vertex.
+    pub fn coordinates(&self) -> usize {
+        self.coordinates
+    }
+
+    /// Numbers in the bases: a component has as many as its block has coordinates.
+    pub fn weight_count(&self) -> usize {
+        let weights = |block: &Block| block.basis.components() * block.basis.coordinates();
+        self.blocks.iter().map(weights).sum()
+    }
+
+    /// Latents of `offsets`, `[frame][coordinate]` flat in metres; gives `[frame][component]`, flat,
+    /// in metres.
+    ///
+    /// # Panics
+    /// If the length is not a multiple of the coordinates.
+    pub fn project(&self, offsets: &[f32]) -> Vec<f32> {
+        let frames = offsets.len() / self.coordinates;
+        assert_eq!(offsets.len(), frames * self.coordinates);
+        let mut latents = vec![0.0; frames * self.components()];
+        let mut first = 0;
+        for block in &self.blocks {
+            let of_block: Vec<f32> = offsets
+                .chunks_exact(self.coordinates)
+                .flat_map(|field| {
+                    block
+                        .slots
+                        .iter()
+                        .map(|slot| &field[3 * slot..3 * slot + 3])
+                })
+                .flatten()
+                .copied()
+                .collect();
+            let count = block.basis.components();
+            let projected = block.basis.project(&of_block);
+            for (latent, projected) in latents
+                .chunks_exact_mut(self.components())
+                .zip(projected.chunks_exact(count))
+            {
+                latent[first..first + count].copy_from_slice(projected);
+            }
+            first += count;
+        }
+        latents
+    }
+
+    /// What a linear map of offset fields does to latents, `[component][component]` row-major, as
+    /// [`Basis::induced`]: exact where the map keeps the subspace.
+    pub fn induced(&self, map: impl Fn(&[f32], &mut [f32])) -> Vec<f32> {
+        let mut induced = Vec::with_capacity(self.components() * self.components());
+        let mut mapped = vec![0.0; self.coordinates];
+        for block in &self.blocks {
+            for direction in block.basis.rows().chunks_exact(block.basis.coordinates()) {
+                let mut field = vec![0.0; self.coordinates];
+                for (slot, numbers) in block.slots.iter().zip(direction.chunks_exact(3)) {
+                    field[3 * slot..3 * slot + 3].copy_from_slice(numbers);
+                }
+                map(&field, &mut mapped);
+                induced.extend(self.project(&mapped));
+            }
+        }
+        induced
+    }
+
+    /// Where each slot stands when the blocks' slots are laid end to end.
+    pub fn places(&self) -> Vec<usize> {
+        let mut places = vec![0; self.coordinates / 3];
+        let slots = self.blocks.iter().flat_map(|block| &block.slots);
+        for (place, slot) in slots.enumerate() {
+            places[*slot] = place;
+        }
+        places
+    }
+}
+
+/// How many components each block gets. Left and right blocks count as one, whose directions come in
+/// pairs. One by one they go where the sum over the blocks of vertices times root-mean-square error
+/// falls most, which is close to the mean vertex error.
+fn share_out(blocks: &[Block], variances: &[f32], components: usize) -> Vec<usize> {
+    let group_of = |name: &str| {
+        let sides = ["left ", "right "];
+        let stripped = sides.iter().find_map(|side| name.strip_prefix(side));
+        stripped.unwrap_or(name).to_owned()
+    };
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    for (index, block) in blocks.iter().enumerate() {
+        let name = group_of(&block.name);
+        match groups.iter_mut().find(|group| group.0 == name) {
+            Some((_, members)) => members.push(index),
+            None => groups.push((name, vec![index])),
+        }
+    }
+    let mut counts = vec![1; blocks.len()];
+    loop {
+        let left = components - counts.iter().sum::<usize>();
+        let gain = |members: &[usize]| -> f32 {
+            let gains = members.iter().map(|&index| {
+                let spectrum = &blocks[index].basis.deviation_m;
+                let Some(next) = spectrum.get(counts[index]) else {
+                    return 0.0;
+                };
+                let taken: f32 = spectrum[..counts[index]].iter().map(|d| d * d).sum();
+                let rest = (variances[index] - taken).max(next * next);
+                next * next * (blocks[index].slots.len() as f32 / rest).sqrt()
+            });
+            gains.sum::<f32>() / members.len() as f32
+        };
+        let affordable = groups.iter().filter(|(_, members)| members.len() <= left);
+        let best = affordable
+            .map(|(_, members)| (gain(members), members))
+            .filter(|(gain, _)| *gain > 0.0)
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, members)) = best else {
+            return counts;
+        };
+        for &index in members {
+            counts[index] = (counts[index] + 1).min(blocks[index].basis.components());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    /// Twelve slots: four in the middle that swing with amplitude 3, four on each side with
+    /// amplitude 1. Each part moves in `rank` ways.
+    fn sample(frames: usize, rank: usize) -> DMatrix<f32> {
+        let mut rng = Pcg64Mcg::seed_from_u64(5);
+        let mut sample = DMatrix::zeros(frames, 36);
+        let side = DMatrix::from_fn(rank, 12, |_, _| rng.random_range(-1.0f32..1.0));
+        let middle = DMatrix::from_fn(rank, 12, |_, _| rng.random_range(-3.0f32..3.0));
+        for (start, ways) in [(0, &middle), (12, &side), (24, &side)] {
+            let mix = DMatrix::from_fn(frames, rank, |_, _| rng.random_range(-1.0f32..1.0));
+            sample.columns_mut(start, 12).copy_from(&(mix * ways));
+        }
+        sample
+    }
+
+    fn parts() -> Vec<Part> {
+        let part = |name: &str, region, slots: std::ops::Range<usize>| Part {
+            name: name.into(),
+            region: Some(region),
+            slots: slots.collect(),
+        };
+        vec![
+            part("left thighs", Region::Thighs, 4..8),
+            part("middle", Region::Belly, 0..4),
+            part("right thighs", Region::Thighs, 8..12),
+        ]
+    }
+
+    fn decoded(basis: &BlockBasis, latent: &[f32]) -> Vec<f32> {
+        let mut field = vec![0.0; basis.coordinates()];
+        let mut latents = latent.iter();
+        for block in &basis.blocks {
+            for (direction, latent) in block
+                .basis
+                .rows()
+                .chunks_exact(block.basis.coordinates())
+                .zip(&mut latents)
+            {
+                for (slot, numbers) in block.slots.iter().zip(direction.chunks_exact(3)) {
+                    for axis in 0..3 {
+                        field[3 * slot + axis] += latent * numbers[axis];
+                    }
+                }
+            }
+        }
+        field
+    }
+
+    #[test]
+    fn fields_of_the_subspace_come_back_block_by_block() {
+        let sample = sample(80, 3);
+        let basis = BlockBasis::fit(&sample, parts(), 9, 1).expect("a basis");
+        assert_eq!(basis.components(), 9);
+        let field: Vec<f32> = sample.row(7).iter().copied().collect();
+        let back = decoded(&basis, &basis.project(&field));
+        for (got, expected) in back.iter().zip(&field) {
+            assert!((got - expected).abs() < 1e-4, "{got} {expected}");
+        }
+    }
+
+    #[test]
+    fn components_go_where_the_error_is_and_sides_get_as_many() {
+        let basis = BlockBasis::fit(&sample(80, 4), parts(), 7, 1).expect("a basis");
+        let counts: Vec<usize> = basis.blocks.iter().map(|b| b.basis.components()).collect();
+        assert_eq!(counts[0], counts[2]);
+        assert!(counts[1] > counts[0], "{counts:?}");
+        let error = BlockBasis::fit(&sample(80, 4), parts(), 2, 1).expect_err("too few");
+        assert!(error.to_string().contains("at least 3"), "{error}");
+    }
+
+    #[test]
+    fn a_swap_of_the_sides_is_a_map_of_latents() {
+        let swap = |from: &[f32], to: &mut [f32]| {
+            to.copy_from_slice(from);
+            to[12..24].copy_from_slice(&from[24..36]);
+            to[24..36].copy_from_slice(&from[12..24]);
+        };
+        let basis = BlockBasis::fit(&sample(80, 3), parts(), 9, 1).expect("a basis");
+        let induced = DMatrix::from_row_slice(9, 9, &basis.induced(swap));
+        let field: Vec<f32> = sample(80, 3).row(3).iter().copied().collect();
+        let mut swapped = vec![0.0; 36];
+        swap(&field, &mut swapped);
+        let latent = DMatrix::from_row_slice(1, 9, &basis.project(&field)) * induced;
+        for (got, expected) in latent.iter().zip(basis.project(&swapped)) {
+            assert!((got - expected).abs() < 1e-4, "{got} {expected}");
+        }
+    }
+}

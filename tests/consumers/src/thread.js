@@ -1,0 +1,1 @@
+import "dynaskin/worker/thread";

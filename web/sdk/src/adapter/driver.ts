@@ -1,0 +1,222 @@
+// What every engine's adapter does alike. An engine adds the functions of `EngineRig`.
+import { DynaSkinError } from "../error.js";
+import { checkLength, JOINT_NAMES, POSE_LENGTH, type Pose } from "../pose.js";
+import {
+  checkSource,
+  checkVertices,
+  claimMesh,
+  copyVertices,
+  type RigOptions,
+  reachM,
+  releaseMesh,
+  restOffsetM,
+  type TissueSource,
+} from "./rig.js";
+
+/**
+ * A skinned mesh as its engine has it: what a {@link SkinDriver} asks an engine to do. Joints are
+ * counted as in `JOINT_NAMES`; none of the functions called in a frame may allocate.
+ *
+ * @internal
+ */
+export interface EngineRig {
+  /** Positions that {@link upload} hands to the engine, `[vertex of the mesh][x, y, z]`, metres. */
+  readonly positions: Float32Array;
+  /** Normals, likewise. */
+  readonly normals: Float32Array;
+  /** Where the file has the pelvis at rest, metres. */
+  readonly bindPelvisM: readonly [number, number, number];
+  /** Shows {@link positions} and {@link normals} from now on. Changes the mesh for the first time. */
+  attach(): void;
+  /** Gives the mesh back what it had. */
+  detach(): void;
+  /** Says where a joint is at rest: its inverse bind matrix is a translation. */
+  bindJoint(joint: number, x: number, y: number, z: number): void;
+  /** Takes over how far from the pelvis the surface may reach. */
+  setReach(reachM: number, pelvisRestM: Float32Array): void;
+  /** Moves the pelvis by this much. */
+  movePelvis(x: number, y: number, z: number): void;
+  /** Puts a joint there, in its parent's frame. */
+  placeJoint(joint: number, x: number, y: number, z: number): void;
+  /** Turns a joint as the quaternion at `pose[at]` says. */
+  turnJoint(joint: number, pose: Pose, at: number): void;
+  /**
+   * Writes place and rotation of the pelvis into a pose, in the model's axes and in the body's own
+   * size, and moves the bounds there.
+   */
+  readPelvis(pose: Pose): void;
+  /** Writes the rotation of another joint at `pose[at]`, at unit length. */
+  readTurn(joint: number, pose: Pose, at: number): void;
+  /** Hands positions and normals to the engine. */
+  upload(): void;
+}
+
+/** Where the rotation of a joint begins in a pose. */
+const turnAt = (joint: number) => 3 + joint * 4;
+
+/** Moves the soft tissue of a skinned mesh of any engine: reads its pose, shows the surface. */
+export abstract class SkinDriver<Mesh extends object> {
+  /** The avatar that was handed in. It stays the caller's: dispose of it after this. */
+  readonly avatar: TissueSource;
+  /** The mesh that was handed in. */
+  readonly mesh: Mesh;
+  /** The pose that was read at the last update; in a left-handed scene, with z mirrored. */
+  readonly pose: Pose = new Float64Array(POSE_LENGTH);
+  readonly #vertexMap: RigOptions["vertexMap"];
+  /** Of each joint against its parent at rest, metres. */
+  readonly #restOffsetsM = new Float64Array(3 * JOINT_NAMES.length);
+  #rig: EngineRig | null;
+  #jointsM: Float32Array;
+  /** Of the shape that the skeleton fits. */
+  #revision: number;
+
+  /** @internal */
+  constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions, rigOf: () => EngineRig) {
+    checkSource(avatar, options);
+    const rig = rigOf();
+    checkVertices(rig.positions.length / 3, avatar.positions.length / 3, options.vertexMap);
+    this.avatar = avatar;
+    this.mesh = mesh;
+    this.#vertexMap = options.vertexMap;
+    this.#jointsM = avatar.restJointsM();
+    this.#revision = avatar.revision;
+    claimMesh(mesh);
+    this.#rig = rig;
+    this.#copySurface(rig);
+    rig.attach();
+    this.#fitSkeleton(rig, rig.bindPelvisM);
+    this.#readPose(rig);
+  }
+
+  /**
+   * Reads the bones, moves the tissue and hands the surface to the mesh. Call it once a frame after
+   * everything that moves bones, before rendering.
+   *
+   * @param deltaSeconds - time since the last call in seconds (three's `Timer` gives seconds,
+   *   Babylon's `getDeltaTime` milliseconds); less than 0, as `Timer` gives for its first frame,
+   *   counts as 0
+   * @throws DynaSkinError `disposed`, or what `Avatar.step` throws; the mesh then keeps its surface
+   */
+  update(deltaSeconds: number): void {
+    this.avatar.step(this.readPose(), Math.max(0, deltaSeconds));
+    this.show();
+  }
+
+  /**
+   * Reads the bones without moving the tissue, for pages that step avatars by themselves, such as many
+   * by one call. Then step the avatar to {@link pose}, and {@link show} it; {@link update} is all
+   * three.
+   *
+   * @returns {@link pose}
+   * @throws DynaSkinError `disposed`
+   */
+  readPose(): Pose {
+    const rig = this.#alive;
+    this.#followShape(rig);
+    this.#placeJoints(rig);
+    this.#readPose(rig);
+    return this.pose;
+  }
+
+  /**
+   * Hands the avatar's present surface to the mesh; see {@link readPose}.
+   *
+   * @throws DynaSkinError `disposed`
+   */
+  show(): void {
+    const rig = this.#alive;
+    this.#copySurface(rig);
+    rig.upload();
+  }
+
+  /**
+   * Poses the bones as a dynaskin pose says, for motions that come from `Motion.poseAt` instead of
+   * the engine's own animations. The pose counts from where the skeleton's parent is.
+   *
+   * @throws DynaSkinError `argument` for a wrong length, `disposed`
+   */
+  writePose(pose: Pose): void {
+    const rig = this.#alive;
+    checkLength("pose", pose, POSE_LENGTH);
+    this.#followShape(rig);
+    for (let joint = 0; joint < JOINT_NAMES.length; joint += 1) {
+      rig.turnJoint(joint, pose, turnAt(joint));
+    }
+    const [x = 0, y = 0, z = 0] = this.#jointsM;
+    const [px = 0, py = 0, pz = 0] = pose;
+    rig.placeJoint(0, x + px, y + py, z + pz);
+  }
+
+  /**
+   * Gives the mesh back its surface and bounds, and its skeleton its distances. The avatar is not
+   * disposed of. May be called again.
+   */
+  dispose(): void {
+    const rig = this.#rig;
+    if (!rig) return;
+    this.#rig = null;
+    releaseMesh(this.mesh);
+    rig.detach();
+  }
+
+  get #alive(): EngineRig {
+    if (this.#rig) return this.#rig;
+    throw new DynaSkinError("disposed", "This DynaSkin was used after dispose().");
+  }
+
+  #followShape(rig: EngineRig): void {
+    const { revision } = this.avatar;
+    if (revision === this.#revision) return;
+    this.#revision = revision;
+    const before = this.#jointsM;
+    this.#jointsM = this.avatar.restJointsM();
+    this.#fitSkeleton(rig, before);
+  }
+
+  /**
+   * Distances, inverse bind matrices and bounds for the present shape. The feet stay where they are
+   * when its pelvis is higher or lower than it was.
+   */
+  #fitSkeleton(rig: EngineRig, pelvisBeforeM: ArrayLike<number>): void {
+    const joints = this.#jointsM;
+    const moved = (axis: number) => (joints[axis] ?? 0) - (pelvisBeforeM[axis] ?? 0);
+    rig.movePelvis(moved(0), moved(1), moved(2));
+    for (let joint = 0; joint < JOINT_NAMES.length; joint += 1) {
+      const [x = 0, y = 0, z = 0] = joints.subarray(joint * 3, joint * 3 + 3);
+      rig.bindJoint(joint, x, y, z);
+      this.#restOffsetsM.set(restOffsetM(joints, joint), joint * 3);
+    }
+    this.#placeJoints(rig);
+    rig.setReach(reachM(this.avatar.positions, joints), joints);
+  }
+
+  /** A clip that was made for another shape moves the joints apart; the shape's distances hold. */
+  #placeJoints(rig: EngineRig): void {
+    const offsets = this.#restOffsetsM;
+    for (let joint = 1; joint < JOINT_NAMES.length; joint += 1) {
+      const at = joint * 3;
+      rig.placeJoint(joint, offsets[at] ?? 0, offsets[at + 1] ?? 0, offsets[at + 2] ?? 0);
+    }
+  }
+
+  /**
+   * How large the body is, the scene says. Its lengths are brought to those that the avatar reckons
+   * in, so a giant's tissue moves as if it were its own size.
+   */
+  #readPose(rig: EngineRig): void {
+    const { pose } = this;
+    const { scale } = this.avatar;
+    rig.readPelvis(pose);
+    for (let axis = 0; axis < 3; axis += 1) {
+      pose[axis] = ((pose[axis] ?? 0) - (this.#jointsM[axis] ?? 0)) * scale;
+    }
+    for (let joint = 1; joint < JOINT_NAMES.length; joint += 1) {
+      rig.readTurn(joint, pose, turnAt(joint));
+    }
+  }
+
+  #copySurface(rig: EngineRig): void {
+    copyVertices(this.avatar.positions, rig.positions, this.#vertexMap);
+    copyVertices(this.avatar.normals, rig.normals, this.#vertexMap);
+  }
+}

@@ -1,0 +1,102 @@
+import type { Bundle } from "../bundle.js";
+import { checkObject } from "../check.js";
+import type { AvatarOptions } from "../model.js";
+import { checkLength, SHAPE_LENGTH } from "../pose.js";
+import { WorkerAvatar } from "./avatar.js";
+import { WorkerCrowd } from "./crowd.js";
+import type { Link } from "./link.js";
+import { disposed } from "./refusals.js";
+
+/**
+ * A model in a worker: as a `Model` makes avatars and crowds of this thread, it makes those of the
+ * worker. All of them share one core and the networks, and are stepped one after the other.
+ */
+export class WorkerModel {
+  /** What belongs together, where it comes from and how well it was measured to do. */
+  readonly bundle: Bundle;
+  readonly #link: Link;
+  readonly #made = new Set<{ dispose(): void }>();
+  #isDisposed = false;
+
+  /** @internal */
+  constructor(link: Link, bundle: Bundle) {
+    this.#link = link;
+    this.bundle = bundle;
+  }
+
+  /** Name of the model, such as `female`. */
+  get name(): string {
+    return this.bundle.name;
+  }
+
+  /**
+   * An avatar that stands in the rest pose with settled tissue.
+   *
+   * @throws DynaSkinError `argument` or `shape` for a shape that cannot be used, `disposed`, `worker`
+   */
+  createAvatar(options: AvatarOptions = {}): Promise<WorkerAvatar> {
+    return this.#createAvatar(options, (avatar) => this.#made.delete(avatar));
+  }
+
+  /** @internal An avatar that takes the model with it. */
+  createLoneAvatar(options: AvatarOptions): Promise<WorkerAvatar> {
+    return this.#createAvatar(options, () => this.dispose());
+  }
+
+  async #createAvatar(
+    options: AvatarOptions,
+    onDispose: (avatar: WorkerAvatar) => void,
+  ): Promise<WorkerAvatar> {
+    const shape = sentShape(options);
+    const link = this.#sound;
+    const target = link.nextId();
+    const state = await link.call("createAvatar", { target, ...shape });
+    const avatar = new WorkerAvatar(link, target, state, () => onDispose(avatar));
+    this.#made.add(avatar);
+    return avatar;
+  }
+
+  /**
+   * A crowd without avatars, for many avatars of this model; see {@link WorkerCrowd}.
+   *
+   * @throws DynaSkinError `disposed`, `worker`
+   */
+  async createCrowd(): Promise<WorkerCrowd> {
+    const link = this.#sound;
+    const target = link.nextId();
+    const { settings } = await link.call("createCrowd", { target });
+    const crowd = new WorkerCrowd(link, target, settings, () => this.#made.delete(crowd));
+    this.#made.add(crowd);
+    return crowd;
+  }
+
+  /**
+   * Ends the worker, and with it all that was made from the model. May be called again; anything else
+   * throws `disposed` afterwards.
+   */
+  dispose(): void {
+    if (this.#isDisposed) return;
+    this.#isDisposed = true;
+    for (const made of [...this.#made]) made.dispose();
+    this.#link.close(disposed("model"));
+  }
+
+  get #sound(): Link {
+    if (this.#isDisposed) throw disposed("model");
+    this.#link.assertOpen();
+    return this.#link;
+  }
+}
+
+/**
+ * The shape as it is sent to a worker.
+ *
+ * @internal
+ */
+export function sentShape(options: AvatarOptions): { shape?: number[] } {
+  checkObject("options", options);
+  const { shape } = options;
+  if (shape === undefined) return {};
+  checkLength("shape", shape, SHAPE_LENGTH);
+  return { shape: Array.from(shape) };
+}
