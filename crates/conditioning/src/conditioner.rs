@@ -45,6 +45,8 @@ pub enum PoseSource {
     Tracker,
     /// Poses from a network: evened out over what its jitter needs, noise left alone.
     Network,
+    /// Nothing is conditioned: every pose is taken as one that is new, at the time its step says.
+    AsGiven,
 }
 
 impl PoseSource {
@@ -58,7 +60,7 @@ impl PoseSource {
                 alertness: 0.35,
                 trust: 1.0,
             }),
-            Self::Display | Self::Network => None,
+            Self::Display | Self::Network | Self::AsGiven => None,
         }
     }
 
@@ -178,6 +180,9 @@ impl Conditioner {
             dt_seconds,
             cut,
         };
+        if self.source == PoseSource::AsGiven {
+            return straight(false);
+        }
         if self.raw.is_none() || !(0.0..=STALL_SECONDS).contains(&dt_seconds) {
             self.begin(pose);
             return straight(false);
@@ -257,7 +262,7 @@ impl Conditioner {
         self.reset();
         self.raw = Some(pose.clone());
         self.log.push_back(0.0);
-        self.engaged = self.source != PoseSource::Display;
+        self.engaged = matches!(self.source, PoseSource::Tracker | PoseSource::Network);
         self.smoother = self.source.tuning().map(Smoother::new);
         self.add_knot(0.0, &pose.clone());
     }
