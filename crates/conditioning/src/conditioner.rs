@@ -53,20 +53,27 @@ impl PoseSource {
     fn tuning(self) -> Option<Tuning> {
         match self {
             Self::Tracker => Some(Tuning {
-                root_noise_m: 1.5e-3,
-                joint_noise_rad: 0.4_f64.to_radians(),
-                stillness: 1.0,
-                lag: 1,
-                alertness: 0.35,
-                trust: 1.0,
+                root_noise_m_rad: env("T_ROOT", 0.23),
+                joint_noise_rad: (0.02_f64.to_radians(), 0.8_f64.to_radians()),
+                stillness: env("T_STILL", 1.0),
+                lag: env("T_LAG", 0.5),
+                alertness: env("T_ALERT", 0.35),
+                trust: env("T_TRUST", 1.0),
             }),
             Self::Display | Self::Network | Self::AsGiven => None,
         }
     }
 
     fn lag(self) -> f64 {
-        self.tuning().map_or(0.0, |tuning| tuning.lag as f64)
+        self.tuning().map_or(0.0, |tuning| tuning.lag)
     }
+}
+
+pub(crate) fn env(name: &str, value: f64) -> f64 {
+    std::env::var(name)
+        .ok()
+        .and_then(|v| v.parse().ok())
+        .unwrap_or(value)
 }
 
 /// What the tissue's clock is to be given.
@@ -382,7 +389,12 @@ impl Conditioner {
             .back()
             .map_or(time, |last| time.max(last.time + 1e-6));
         let knot = match &mut self.smoother {
-            Some(smoother) => smoother.add(time, pose),
+            Some(smoother) => {
+                if let Some(noise) = self.noise.joint_noise_rad() {
+                    smoother.set_noise(noise);
+                }
+                smoother.add(time, pose)
+            }
             None => {
                 let mut rates = Rates::ZERO;
                 if self.engaged {

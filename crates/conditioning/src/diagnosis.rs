@@ -33,13 +33,22 @@ pub struct Diagnosis {
     pub advice: Option<PoseSource>,
 }
 
+/// Measures white noise on the joints that the body holds still.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NoiseGauge {
     bend: Option<(Step, Option<Step>)>,
     second: f64,
     third: f64,
+    /// Variance along each axis of a joint's turn, in rad².
+    floor: f64,
     count: u32,
 }
+
+/// Share of the joints that are taken to be still.
+const QUIET: f64 = 0.3;
+
+/// That quantile of a χ² of three degrees of freedom.
+const QUIET_CHI: f64 = 1.42;
 
 fn difference(a: &Step, b: &Step) -> Step {
     Step {
@@ -53,6 +62,16 @@ fn size(step: &Step) -> f64 {
     sum / (3 * step.turns.len()) as f64
 }
 
+/// The squared turn of the joint that `QUIET` of all that turn at all stay below.
+fn quiet(step: &Step) -> f64 {
+    let mut squares = step.turns.map(|turn| turn.length_squared());
+    squares.sort_by(f64::total_cmp);
+    let still = squares.partition_point(|square| *square < 1e-14);
+    let moving = &squares[still..];
+    let index = (QUIET * moving.len() as f64) as usize;
+    moving.get(index).copied().unwrap_or(0.0)
+}
+
 impl NoiseGauge {
     pub fn add(&mut self, step: &Step) {
         let Some((before, bend_before)) = self.bend.take() else {
@@ -62,14 +81,24 @@ impl NoiseGauge {
         let bend = difference(step, &before);
         if let Some(bend_before) = bend_before {
             self.count = self.count.saturating_add(1);
-            self.second += WEIGHT * (size(&bend) - self.second);
-            self.third += WEIGHT * (size(&difference(&bend, &bend_before)) - self.third);
+            let third = difference(&bend, &bend_before);
+            let weight = (1.0 / f64::from(self.count)).max(WEIGHT);
+            self.second += weight * (size(&bend) - self.second);
+            self.third += weight * (size(&third) - self.third);
+            // A third difference has twenty times the variance of what it is made of.
+            self.floor += weight * (quiet(&third) / (20.0 * QUIET_CHI) - self.floor);
         }
         self.bend = Some((*step, Some(bend)));
     }
 
+    /// Standard deviation along each axis of a joint's turn, in radians, once known.
+    pub fn joint_noise_rad(&self) -> Option<f64> {
+        (self.count >= 4).then(|| self.floor.sqrt())
+    }
+
+    /// The same in degrees where there is more of it than bodies move; else 0.
     pub fn degrees(&self) -> f64 {
-        let noise = (self.second / 6.0).sqrt().to_degrees();
+        let noise = self.floor.sqrt().to_degrees();
         let noisy = self.count >= 20 && self.third > NOISY_RATIO * self.second;
         if noisy && noise >= LEAST_NOISE_DEG {
             noise

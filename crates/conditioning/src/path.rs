@@ -94,3 +94,34 @@ pub(crate) fn between(from: &Knot, to: &Knot, time: f64) -> Pose {
     }
     pose
 }
+
+/// As [`between`], with the rates there.
+pub(crate) fn between_knots(from: &Knot, to: &Knot, time: f64) -> Knot {
+    let seconds = to.time - from.time;
+    if time >= to.time || seconds <= 0.0 {
+        return to.clone();
+    }
+    if time <= from.time {
+        return from.clone();
+    }
+    let pose = between(from, to, time);
+    let u = (time - from.time) / seconds;
+    // Derivatives of Hermite's four polynomials.
+    let to_weight = 6.0 * u * (1.0 - u) / seconds;
+    let (from_rate, to_rate) = ((1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0));
+    let mut rates = Rates::ZERO;
+    let moved_m = to.pose.root_translation_m - from.pose.root_translation_m;
+    rates.root_m_s =
+        to_weight * moved_m + from_rate * from.rates.root_m_s + to_rate * to.rates.root_m_s;
+    for (joint, rate) in rates.joints_rad_s.iter_mut().enumerate() {
+        // From pose to pose the axes turn so little that rates are added as they are.
+        let turn = turn_between(
+            from.pose.parent_from_joint[joint],
+            to.pose.parent_from_joint[joint],
+        );
+        *rate = to_weight * turn
+            + from_rate * from.rates.joints_rad_s[joint]
+            + to_rate * to.rates.joints_rad_s[joint];
+    }
+    Knot { time, pose, rates }
+}

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::{DQuat, DVec3};
 
-use crate::path::{Knot, Rates, turn_between};
+use crate::path::{Knot, Rates, between_knots, turn_between};
 
 /// The root and every joint.
 const GROUPS: usize = JOINT_COUNT + 1;
@@ -19,14 +19,15 @@ const GROUPS: usize = JOINT_COUNT + 1;
 /// What is expected of a tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tuning {
-    /// Standard deviations along each axis.
-    pub root_noise_m: f64,
-    pub joint_noise_rad: f64,
+    /// Noise of the root, in metres, where that of joints is one radian.
+    pub root_noise_m_rad: f64,
+    /// Standard deviations of a joint's turn along each axis, in radians: smallest, largest.
+    pub joint_noise_rad: (f64, f64),
     /// How strongly a body that stands still is pushed: the variance of the noise times the cube of
     /// this, in 1/s. Smaller is calmer.
     pub stillness: f64,
-    /// Poses of the future that are waited for.
-    pub lag: usize,
+    /// Poses of the future that are waited for, 0 to 1.
+    pub lag: f64,
     /// Weight of the newest second difference in the measured push.
     pub alertness: f64,
     /// Factor on the measured push.
@@ -58,6 +59,8 @@ pub(crate) struct Smoother {
     past: VecDeque<Filtered>,
     raw: VecDeque<(f64, Pose)>,
     push: [f64; GROUPS],
+    /// Standard deviation of a joint's turn along each axis, in radians, as measured.
+    joint_noise_rad: f64,
 }
 
 impl Smoother {
@@ -67,16 +70,23 @@ impl Smoother {
             past: VecDeque::new(),
             raw: VecDeque::new(),
             push: [0.0; GROUPS],
+            joint_noise_rad: tuning.joint_noise_rad.1,
         }
     }
 
     fn noise(&self, group: usize) -> f64 {
-        let deviation = if group == 0 {
-            self.tuning.root_noise_m
+        let scale = if group == 0 {
+            self.tuning.root_noise_m_rad
         } else {
-            self.tuning.joint_noise_rad
+            1.0
         };
-        deviation * deviation
+        (scale * self.joint_noise_rad).powi(2)
+    }
+
+    /// Says how noisy joints were found to be, as a standard deviation in radians along each axis.
+    pub fn set_noise(&mut self, joint_noise_rad: f64) {
+        let (least, most) = self.tuning.joint_noise_rad;
+        self.joint_noise_rad = joint_noise_rad.clamp(least, most);
     }
 
     /// Takes the pose of `time`, later than all before; gives the pose that is now known as well
@@ -102,7 +112,7 @@ impl Smoother {
             }
         };
         self.past.push_back(next);
-        while self.past.len() > self.tuning.lag + 1 {
+        while self.past.len() > 2 {
             self.past.pop_front();
         }
         self.smoothed()
@@ -237,11 +247,14 @@ impl Smoother {
                     rates.joints_rad_s[joint] += rate;
                 }
             }
-            knot = Knot {
+            let earlier = Knot {
                 time: this.time,
                 pose,
                 rates,
             };
+            // Between two states of such a body the likeliest way is the cubic.
+            let time = knot.time - self.tuning.lag * dt;
+            knot = between_knots(&earlier, &knot, time);
         }
         knot
     }

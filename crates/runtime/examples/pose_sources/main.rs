@@ -1,7 +1,7 @@
 //! What the source of poses does to the tissue: the error of the offsets over that of plain skinning, against
 //! the same network under the true poses, at the best alignment in time, for each source and preset.
 //!
-//! `cargo run --release -p dynaskin-runtime --example pose_sources -- [--only WORDS] [--seconds S] CLIP.bvh...`
+//! `cargo run --release -p dynaskin-runtime --example pose_sources -- [--only WORDS] [--preset NAME] [--seconds S] CLIP.bvh...`
 //! `npm run bench:sources` calls it with the captures that the networks did not learn from.
 
 #![allow(clippy::print_stdout)] // It prints a table.
@@ -29,7 +29,8 @@ const UNSEEN: [ProceduralKind; 3] = [
     ProceduralKind::RunInPlace,
 ];
 
-pub const PRESETS: [PoseSource; 4] = [
+/// What each source is tried with; the first is how it was without conditioning.
+const PRESETS: [PoseSource; 4] = [
     PoseSource::AsGiven,
     PoseSource::Display,
     PoseSource::Tracker,
@@ -38,6 +39,7 @@ pub const PRESETS: [PoseSource; 4] = [
 
 struct Options {
     only: String,
+    preset: String,
     seconds: f64,
     clips: Vec<PathBuf>,
 }
@@ -45,6 +47,7 @@ struct Options {
 fn options() -> Result<Options> {
     let mut options = Options {
         only: String::new(),
+        preset: String::new(),
         seconds: 4.0,
         clips: Vec::new(),
     };
@@ -57,6 +60,7 @@ fn options() -> Result<Options> {
         };
         match word.as_str() {
             "--only" => options.only = value()?,
+            "--preset" => options.preset = value()?,
             "--seconds" => options.seconds = value()?.parse()?,
             word if word.starts_with('-') => bail!("unknown option {word}"),
             path => options.clips.push(path.into()),
@@ -117,6 +121,9 @@ fn main() -> Result<()> {
             continue;
         }
         for preset in PRESETS {
+            if !table::name(preset).contains(&options.preset) {
+                continue;
+            }
             let mut parts: [Vec<Played>; 3] = Default::default();
             for (idx, (captured, truth)) in motions.iter().enumerate() {
                 let frames = source.frames(truth, idx as u64);

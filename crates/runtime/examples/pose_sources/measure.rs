@@ -67,8 +67,9 @@ impl Reference {
         Ok(Self { samples })
     }
 
-    /// Sums of squares of `got` less the reference at `time`, and of the reference.
-    fn compared(&self, got: &Offsets, time: f64) -> (f64, f64) {
+    /// Sums of squares of every `stride`th number of `got` less the reference at `time`, and of the
+    /// reference.
+    fn compared(&self, got: &Offsets, time: f64, stride: usize) -> (f64, f64) {
         let position = (time / TICK * PHASES as f64).max(1.0);
         let before = (position as usize).min(self.samples.len() - 3);
         let u = (position - before as f64) as f32;
@@ -81,11 +82,13 @@ impl Reference {
         ];
         let around: [&Offsets; 4] = std::array::from_fn(|idx| &self.samples[before + idx - 1]);
         let (mut off, mut size) = (0.0_f64, 0.0_f64);
-        for (idx, got) in got.iter().enumerate() {
-            let true_one = (0..4)
-                .map(|tap| weights[tap] * around[tap][idx])
-                .sum::<f32>();
-            off += f64::from((got - true_one).powi(2));
+        for idx in (0..got.len()).step_by(stride) {
+            let true_one = weights[0] * around[0][idx]
+                + weights[1] * around[1][idx]
+                + weights[2] * around[2][idx]
+                + weights[3] * around[3][idx];
+            let difference = got[idx] - true_one;
+            off += f64::from(difference * difference);
             size += f64::from(true_one * true_one);
         }
         (off, size)
@@ -120,29 +123,26 @@ pub fn played(
     Ok(played)
 }
 
+/// Numbers that are skipped while the alignment is looked for: not a multiple of three.
+const STRIDE: usize = 31;
+
 fn align(played: &mut Played, reference: &Reference, got: &[(f64, Offsets)]) {
-    let at = |latency: f64| {
+    let at = |latency: f64, stride: usize| {
         got.iter().fold((0.0, 0.0), |sum, (time, got)| {
-            let (off, size) = reference.compared(got, time - latency);
+            let (off, size) = reference.compared(got, time - latency, stride);
             (sum.0 + off, sum.1 + size)
         })
     };
     let mut best = (f64::INFINITY, 0.0);
-    let mut try_at = |latency: f64, best: &mut (f64, f64)| {
-        let (off, size) = at(latency);
+    for step in -10..=(MOST_LATENCY / 1e-3) as i32 {
+        let latency = 1e-3 * f64::from(step);
+        let (off, size) = at(latency, STRIDE);
         if off / size < best.0 {
-            *best = (off / size, latency);
-            (played.off, played.size, played.latency) = (off, size, latency);
+            best = (off / size, latency);
         }
-    };
-    let coarse = 0.005;
-    for step in -2..=(MOST_LATENCY / coarse) as i32 {
-        try_at(coarse * f64::from(step), &mut best);
     }
-    let around = best.1;
-    for step in -4..=4 {
-        try_at(around + 0.001 * f64::from(step), &mut best);
-    }
+    played.latency = best.1;
+    (played.off, played.size) = at(played.latency, 1);
 }
 
 /// How much the tissue of somebody moves who stands still.

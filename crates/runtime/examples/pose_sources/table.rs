@@ -206,7 +206,7 @@ pub struct Row {
     pub standing: Played,
 }
 
-fn name(preset: PoseSource) -> &'static str {
+pub fn name(preset: PoseSource) -> &'static str {
     match preset {
         PoseSource::AsGiven => "none",
         PoseSource::Display => "display",
