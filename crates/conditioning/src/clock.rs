@@ -1,51 +1,123 @@
 //! The clock of a source, estimated from when its poses arrive.
 
+use std::collections::VecDeque;
+
 /// Shortest and longest interval of a source, in seconds.
 pub(crate) const INTERVALS: (f64, f64) = (1.0 / 250.0, 0.3);
 
-/// Arrivals over which the regression remembers: its gains stop falling there.
-const MEMORY: f64 = 96.0;
+/// Rates that sources are made for, in Hz. One that is near is taken at its word, so that the phase
+/// alone has to be found.
+const USUAL_HZ: [f64; 14] = [
+    5.0, 10.0, 12.0, 15.0, 20.0, 24.0, 25.0, 30.0, 50.0, 60.0, 72.0, 90.0, 120.0, 144.0,
+];
+
+/// How far a source is off the rate that it is made for, as a share.
+const USUAL_SPREAD: f64 = 1e-3;
+
+/// How much a clock wanders from one pose to the next: its phase as a share of the interval, and the
+/// interval as a share of itself.
+const WANDER: (f64, f64) = (2e-3, 1e-5);
+
+/// Arrivals that are off by this share of the interval on average are those of another clock.
+const BIAS: f64 = 0.25;
 
 /// Fraction by which the largest lateness is forgotten with every arrival.
-const LATENESS_DECAY: f64 = 0.02;
+const LATENESS_DECAY: f64 = 0.005;
 
-/// A growing-memory regression of arrival times on counts, which at a long memory is a
-/// phase-locked loop. Times are means: a pose arrives as often before its time as after.
+/// Smallest standard deviation of arrivals, in seconds.
+const LEAST_SPREAD: f64 = 5e-4;
+
+/// A Kalman filter for phase and interval of an even clock that is read at uneven times. Its times
+/// are means: a pose arrives as often before its time as after.
 #[derive(Clone, Debug)]
 pub(crate) struct SourceClock {
     /// Seconds between two poses of the source.
     pub interval: f64,
     /// When the newest pose was made, as estimated.
     pub newest: f64,
-    count: f64,
-    /// Largest recent lateness against the estimate, in seconds, above 0 or below.
+    /// Largest recent lateness against the estimate, in seconds.
     pub lateness: f64,
-    /// Mean square of the residual, in s².
+    count: f64,
+    /// Of `newest`, of both, of `interval`, in s².
+    variance: [f64; 3],
+    /// Mean square of how far arrivals are from the clock, in s².
     spread: f64,
+    bias: f64,
     astray: u32,
+    /// Whether the interval was taken for a usual one.
+    is_usual: bool,
 }
 
 impl SourceClock {
-    /// From two arrivals.
-    pub fn new(first: f64, second: f64, count: f64) -> Self {
-        Self {
-            interval: ((second - first) / count).clamp(INTERVALS.0, INTERVALS.1),
-            newest: second,
-            count: 2.0,
+    /// From arrivals one interval apart, at least two.
+    pub fn new(log: &VecDeque<f64>) -> Self {
+        let count = log.len().max(2) as f64;
+        let (first, last) = (
+            log.front().copied().unwrap_or(0.0),
+            log.back().copied().unwrap_or(0.0),
+        );
+        let middle = 0.5 * (count - 1.0);
+        let mean = log.iter().sum::<f64>() / count;
+        let counts = count * (count * count - 1.0) / 12.0;
+        let places = log.iter().enumerate();
+        let slope = places
+            .map(|(idx, time)| (idx as f64 - middle) * (time - mean))
+            .sum::<f64>()
+            / counts;
+        let interval = if log.len() < 2 { last - first } else { slope };
+        let interval = interval.clamp(INTERVALS.0, INTERVALS.1);
+        let mut clock = Self {
+            interval,
+            newest: last,
             lateness: 0.0,
+            count,
+            variance: [0.0; 3],
             spread: 0.0,
+            bias: 0.0,
             astray: 0,
-        }
+            is_usual: false,
+        };
+        let square = |clock: &Self| {
+            let places = log.iter().enumerate();
+            let off =
+                places.map(|(idx, time)| time - mean - (idx as f64 - middle) * clock.interval);
+            off.map(|off| off * off).sum::<f64>() / (count - 1.0)
+        };
+        clock.spread = square(&clock).max(LEAST_SPREAD * LEAST_SPREAD);
+        let slope_spread = (clock.spread / counts).sqrt();
+        clock.variance[2] = slope_spread * slope_spread;
+        clock.newest = mean + middle * clock.interval;
+        clock.variance[0] = clock.spread / count + middle * middle * clock.variance[2];
+        clock.variance[1] = middle * clock.variance[2];
+        let phases = log
+            .iter()
+            .enumerate()
+            .map(|(idx, time)| time - mean - (idx as f64 - middle) * clock.interval);
+        clock.lateness = phases.fold(0.0, f64::max);
+        clock.take_usual_interval();
+        clock
     }
 
-    /// A pose arrived at `time`; gives the time at which it was made.
-    pub fn arrive(&mut self, time: f64) -> f64 {
+    /// How many intervals after the newest pose one may have been made that arrives at `time`: the
+    /// likelier number first. They are equal where there is no doubt.
+    pub fn steps(&self, time: f64) -> (f64, f64) {
+        let steps = (time - self.newest) / self.interval;
         // Jitter of more than half an interval is likelier than a pose that never came.
-        let steps = ((time - self.newest) / self.interval - 0.35)
-            .round()
-            .max(1.0);
-        let predicted = self.newest + steps * self.interval;
-        let residual = time - predicted;
+        let likely = (steps - 0.35).round().max(1.0);
+        let other = if steps > likely + 0.1 {
+            likely + 1.0
+        } else {
+            likely - 1.0
+        };
+        let doubtful = (steps - likely).abs() > 0.15 && (steps - other).abs() < 0.85;
+        (likely, if doubtful { other.max(1.0) } else { likely })
+    }
+
+    /// A pose arrived at `time` that was made `steps` intervals after the newest; gives the time at
+    /// which it was made.
+    pub fn arrive(&mut self, time: f64, steps: f64) -> f64 {
+        let residual = time - self.newest - steps * self.interval;
+        self.bias += 0.1 * (residual - self.bias);
         // More than half an interval off, time and again: another source.
         self.astray = if residual.abs() > 0.9 * self.interval {
             self.astray + 1
@@ -53,20 +125,62 @@ impl SourceClock {
             0
         };
         if self.astray > 3 {
-            *self = Self::new(self.newest.min(time - INTERVALS.0), time, 1.0);
+            let log = VecDeque::from([self.newest.min(time - INTERVALS.0), time]);
+            *self = Self::new(&log);
             return time;
         }
-        self.count = (self.count + 1.0).min(MEMORY);
-        let n = self.count;
-        let place = 2.0 * (2.0 * n - 1.0) / (n * (n + 1.0));
-        let rate = 6.0 / (n * (n + 1.0));
+        self.count += 1.0;
+        if self.bias.abs() > BIAS * self.interval {
+            self.bias = 0.0;
+            self.is_usual = false;
+            self.variance[2] += (0.03 * self.interval).powi(2);
+        }
+        let [phase, both, interval] = self.variance;
+        let wander = (WANDER.0 * self.interval).powi(2);
+        let phase = phase + steps * (2.0 * both + steps * interval + wander);
+        let both = both + steps * interval;
+        let interval = interval + steps * (WANDER.1 * self.interval).powi(2);
+        let sum = phase + self.spread;
+        let (phase_gain, interval_gain) = (phase / sum, both / sum);
+        self.variance = [
+            (1.0 - phase_gain) * phase,
+            (1.0 - phase_gain) * both,
+            interval - interval_gain * both,
+        ];
         let before = self.newest;
-        self.newest = (predicted + place * residual).max(before + 0.3 * self.interval);
-        self.interval = (self.interval + rate * residual / steps).clamp(INTERVALS.0, INTERVALS.1);
+        let predicted = before + steps * self.interval;
+        self.newest = (predicted + phase_gain * residual).max(before + 0.3 * self.interval);
+        self.interval = (self.interval + interval_gain * residual).clamp(INTERVALS.0, INTERVALS.1);
+        self.take_usual_interval();
         let late = time - self.newest;
         self.lateness = late.max(self.lateness - LATENESS_DECAY * (self.lateness - late));
-        self.spread += (residual * residual - self.spread) / n.min(32.0);
+        self.spread += (residual * residual - self.spread) / self.count.min(48.0);
+        self.spread = self.spread.max(LEAST_SPREAD * LEAST_SPREAD);
         self.newest
+    }
+
+    /// Takes the interval for a usual one where no other one can be meant.
+    fn take_usual_interval(&mut self) {
+        let deviation = self.variance[2].sqrt();
+        if self.is_usual || self.count < 5.0 {
+            return;
+        }
+        let mut off = USUAL_HZ.map(|rate| 1.0 / rate - self.interval);
+        off.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let near = 2.0 * deviation + USUAL_SPREAD * self.interval;
+        if off[0].abs() > near || off[1].abs() < 2.0 * near {
+            return;
+        }
+        self.is_usual = true;
+        let [phase, both, interval] = self.variance;
+        let sum = interval + (USUAL_SPREAD * self.interval).powi(2);
+        self.newest += both / sum * off[0];
+        self.interval += interval / sum * off[0];
+        self.variance = [
+            phase - both * both / sum,
+            both - both * interval / sum,
+            interval - interval * interval / sum,
+        ];
     }
 
     /// The source made a pose that did not arrive, or the one before again.
@@ -83,20 +197,5 @@ impl SourceClock {
     /// Whether enough arrived to trust it.
     pub fn settled(&self) -> bool {
         self.count >= 8.0
-    }
-}
-
-impl SourceClock {
-    /// Takes the phase of all arrivals in `log`, one interval apart.
-    pub fn begin_with(&mut self, log: &std::collections::VecDeque<f64>) {
-        let count = log.len() as f64;
-        let last = count - 1.0;
-        let places = log.iter().enumerate();
-        let phases = places.map(|(idx, time)| time + (last - idx as f64) * self.interval);
-        let sum: f64 = phases.clone().sum();
-        self.newest = sum / count;
-        self.count = count.max(2.0);
-        let newest = self.newest;
-        self.lateness = phases.map(|phase| phase - newest).fold(0.0, f64::max);
     }
 }

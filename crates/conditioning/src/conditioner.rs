@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use dynaskin_skeleton::Pose;
 
 use crate::clock::{INTERVALS, SourceClock};
-use crate::cut::{Step, is_cut, is_sudden_stop};
+use crate::cut::{Step, is_cut, is_late_start, is_snap_turn, is_sudden_stop};
 use crate::diagnosis::{Diagnosis, NoiseGauge};
+use crate::frames::FrameClock;
 use crate::path::{Knot, Rates, between, parabola_rates};
 use crate::smoother::{Smoother, Tuning};
 
@@ -20,6 +21,10 @@ const HURRY: f64 = 0.12;
 
 /// Longest time for which a pose that repeats is waited for while no interval is known, in seconds.
 const FIRST_WAIT_SECONDS: f64 = 0.04;
+
+/// A first pose may have been held for any time before it was given: a step from it took at least
+/// this long, in seconds.
+const FIRST_SECONDS: f64 = 1.0 / 30.0;
 
 /// After this long without a repeated pose every frame brings a new one again, in seconds.
 const RELEASE_SECONDS: f64 = 0.8;
@@ -111,6 +116,7 @@ pub struct Conditioner {
     playhead: f64,
     playhead_before: f64,
     noise: NoiseGauge,
+    frames: FrameClock,
     /// Steps whose pose repeated that of the step before.
     run: u32,
     /// Whether the source was found to stand still.
@@ -163,6 +169,7 @@ impl Conditioner {
             playhead: 0.0,
             playhead_before: 0.0,
             noise: NoiseGauge::default(),
+            frames: FrameClock::default(),
             run: 0,
             stands: false,
         }
@@ -198,6 +205,14 @@ impl Conditioner {
             self.playhead_before = self.playhead;
             return straight(false);
         }
+        let moved = self.raw.as_ref().map(|raw| Step::between(raw, pose));
+        let moved = moved.unwrap_or(Step::NONE);
+        let dt_seconds = self.frames.step(&moved, dt_seconds, self.engaged);
+        let straight = |cut| Conditioned {
+            pose: pose.clone(),
+            dt_seconds,
+            cut,
+        };
         self.now += dt_seconds;
         let weight = if self.frame == 0.0 { 1.0 } else { 0.1 };
         self.frame += weight * (dt_seconds - self.frame);
@@ -205,7 +220,7 @@ impl Conditioner {
         if is_new {
             self.run = 0;
             self.stands = false;
-            if self.arrive(pose) {
+            if self.arrive(pose, moved) {
                 return straight(true);
             }
         } else {
@@ -274,8 +289,8 @@ impl Conditioner {
         self.add_knot(0.0, &pose.clone());
     }
 
-    /// A new pose; whether the body jumped to it.
-    fn arrive(&mut self, pose: &Pose) -> bool {
+    /// A new pose, `step` after the one before; whether the body jumped to it.
+    fn arrive(&mut self, pose: &Pose, step: Step) -> bool {
         let gap = self.now - self.arrived;
         self.arrived = self.now;
         self.log.push_back(self.now);
@@ -286,26 +301,28 @@ impl Conditioner {
         while self.log.len() > LOG {
             self.log.pop_front();
         }
-        let time = self.time_of_arrival();
-        let Some(before) = self.raw.replace(pose.clone()) else {
-            return false;
-        };
-        let seconds = match self.path.back() {
-            Some(last) if self.engaged => (time - last.time).max(1e-4).min(gap.max(1e-4)),
-            _ => gap,
-        };
-        let step = Step::between(&before, pose);
+        let (time, seconds) = self.time_of_arrival(&step, gap);
+        self.raw = Some(pose.clone());
         self.noise.add(&step);
-        let cut =
-            self.engaged && is_cut(self.step.as_ref().map(|(s, t)| (s, *t)), (&step, seconds));
-        let jumped =
-            !self.engaged && is_cut(self.step.as_ref().map(|(s, t)| (s, *t)), (&step, seconds));
-        if jumped {
+        let jumped = match &self.step {
+            Some((before, before_seconds)) => is_cut((before, *before_seconds), (&step, seconds)),
+            None => false,
+        };
+        let cut = match &self.step {
+            // The tissue's clock sees the others itself.
+            Some((before, before_seconds)) if !self.engaged => {
+                is_snap_turn((before, *before_seconds), (&step, seconds))
+            }
+            Some(_) => jumped,
+            None if self.engaged => is_late_start(&step, seconds.max(FIRST_SECONDS)),
+            None => is_late_start(&step, seconds),
+        };
+        self.step_before = self.step.replace((step, seconds));
+        if jumped || cut {
             // Another place or motion: that it stands still there is no pose held over a frame.
             self.log.clear();
             self.log.push_back(self.now);
         }
-        self.step_before = self.step.replace((step, seconds));
         if cut {
             self.step = None;
             self.path.clear();
@@ -317,28 +334,32 @@ impl Conditioner {
         cut
     }
 
-    /// When the pose that has just arrived was made.
-    fn time_of_arrival(&mut self) -> f64 {
+    /// When the pose that has just arrived was made, and how long after the one before, in seconds.
+    fn time_of_arrival(&mut self, step: &Step, gap: f64) -> (f64, f64) {
         if !self.engaged {
-            return self.now;
+            return (self.now, gap);
         }
         // The first arrivals are taken together: one gap says little where arrivals jitter.
         if let Some(clock) = &mut self.clock
             && (clock.settled() || self.log.len() >= LOG || self.log.len() < 2)
         {
-            return clock.arrive(self.now);
+            let (likely, other) = clock.steps(self.now);
+            let steps = match &self.step {
+                Some(before) if other != likely => {
+                    fitting(before, step, (likely, other), clock.interval)
+                }
+                _ => likely,
+            };
+            let seconds = steps * clock.interval;
+            return (clock.arrive(self.now, steps), seconds);
         }
-        let (Some(first), count) = (self.log.front().copied(), self.log.len() - 1) else {
-            return self.now;
-        };
-        if count == 0 {
-            return self.now;
+        if self.log.len() < 2 {
+            return (self.now, gap);
         }
-        let mut clock = SourceClock::new(first, self.now, count as f64);
-        clock.begin_with(&self.log);
-        let newest = clock.newest;
+        let clock = SourceClock::new(&self.log);
+        let (newest, seconds) = (clock.newest, clock.interval.max(gap));
         self.clock = Some(clock);
-        newest
+        (newest, seconds)
     }
 
     /// The pose of the step before once more.
@@ -460,7 +481,16 @@ impl Conditioner {
             self.now - self.delay()
         };
         let even = self.playhead + dt_seconds;
-        let hurry = (0.15 * (target - even)).clamp(-HURRY * dt_seconds, HURRY * dt_seconds);
+        // An uneven playhead is felt as acceleration: near its place it is only led back slowly.
+        let off = target - even;
+        let settled = self.clock.as_ref().is_some_and(SourceClock::settled);
+        let near = settled && off.abs() < 0.5 * self.frame.max(0.01);
+        let (gain, most) = if near {
+            (env("T_GAIN", 0.03), env("T_MOST", 0.02))
+        } else {
+            (0.15, HURRY)
+        };
+        let hurry = (gain * off).clamp(-most * dt_seconds, most * dt_seconds);
         if (releases || standing) && self.now - (even + HURRY * dt_seconds) < 1e-6 {
             let dt_seconds = self.now - self.playhead;
             self.engaged = false;
@@ -483,6 +513,19 @@ impl Conditioner {
             hurry
         };
         let newest = self.path.back().map_or(self.playhead, |knot| knot.time);
+        if std::env::var("T_DBG").is_ok() {
+            eprintln!(
+                "now {:.4} play {:.4} newest {:.4} under {} late {:.4} interval {:.5} off {:.4} spread {:.4}",
+                self.now,
+                even + hurry,
+                newest,
+                even + hurry > newest,
+                self.clock.as_ref().map_or(0.0, |c| c.lateness),
+                self.clock.as_ref().map_or(0.0, |c| c.interval),
+                off,
+                self.clock.as_ref().map_or(0.0, |c| c.jitter())
+            );
+        }
         self.playhead = (even + hurry).min(newest).max(self.playhead);
         while self.path.len() > 3 && self.path[1].time <= self.playhead_before {
             self.path.pop_front();
@@ -493,6 +536,22 @@ impl Conditioner {
             dt_seconds: self.playhead - self.playhead_before,
             cut: false,
         }
+    }
+}
+
+/// Of two numbers of intervals, the likelier first, the one after which the body would have come as
+/// far as it has, had it gone on as in the step before.
+fn fitting(
+    (before, seconds): &(Step, f64),
+    step: &Step,
+    (likely, other): (f64, f64),
+    interval: f64,
+) -> f64 {
+    let off = |steps: f64| step.distance_squared(before, steps * interval / seconds.max(1e-4));
+    if off(other) < 0.5 * off(likely) {
+        other
+    } else {
+        likely
     }
 }
 

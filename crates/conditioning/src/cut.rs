@@ -1,7 +1,6 @@
 //! Jumps that bodies do not make, seen on the poses of the source.
 //!
-//! The limits of a snap turn and of a start are first guesses and not yet measured on captures, as
-//! those of the tissue's clock were. They are asked only where poses are being conditioned.
+//! The limits are measured on captures: `docs/design/conditioning.md` has the figures.
 
 use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::DVec3;
@@ -12,8 +11,8 @@ use crate::path::turn_between;
 /// snap turn where the joints do not join in.
 pub const SNAP_TURN_RAD_S: f64 = 14.0;
 
-/// Joints join in where one of them changes its angular velocity by more than this, in rad/s.
-pub const SNAP_JOINTS_RAD_S: f64 = 2.5;
+/// Joints join in where one of them changes its angular velocity by more than this share of that.
+pub const SNAP_JOINTS_SHARE: f64 = 0.2;
 
 /// Angular velocity of a joint, in rad/s, with which no motion begins: the first pose was one of
 /// calibration.
@@ -39,6 +38,18 @@ pub(crate) struct Step {
 }
 
 impl Step {
+    pub const NONE: Self = Self {
+        root_m: DVec3::ZERO,
+        turns: [DVec3::ZERO; JOINT_COUNT],
+    };
+
+    /// From `share` times `other`, metres and radians taken alike.
+    pub fn distance_squared(&self, other: &Self, share: f64) -> f64 {
+        let turns = self.turns.iter().zip(&other.turns);
+        let turns = turns.map(|(own, other)| own.distance_squared(share * *other));
+        turns.sum::<f64>() + self.root_m.distance_squared(share * other.root_m)
+    }
+
     pub fn between(before: &Pose, after: &Pose) -> Self {
         let turn = |joint: usize| {
             let (from, to) = (
@@ -69,24 +80,82 @@ pub(crate) fn is_sudden_stop(before: Option<(&Step, f64)>, last: (&Step, f64)) -
     })
 }
 
-/// What a step was, given the one before, each with its seconds.
-pub(crate) fn is_cut(before: Option<(&Step, f64)>, now: (&Step, f64)) -> bool {
-    let now_seconds = now.1.max(SHORTEST_SECONDS);
-    let Some((before, before_seconds)) = before else {
-        // Hands and feet may be flung, and trackers lose them.
-        return now.0.turns[1..20]
-            .iter()
-            .any(|turn| turn.length() > START_RAD_S * now_seconds);
-    };
-    let before_seconds = before_seconds.max(SHORTEST_SECONDS);
-    let root_m_s = now.0.root_m / now_seconds - before.root_m / before_seconds;
-    if root_m_s.length() > CUT_M_S {
-        return true;
+/// What tells a jump from a motion: from one step to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Suddenness {
+    /// Change of the root's velocity.
+    pub root_m_s: f64,
+    /// Change of the pelvis's angular velocity.
+    pub pelvis_rad_s: f64,
+    /// Largest change of a joint's angular velocity, hands and feet left out: they are flung, and
+    /// trackers lose them.
+    pub joints_rad_s: f64,
+    /// Largest angular velocity of such a joint in the second step.
+    pub speed_rad_s: f64,
+}
+
+impl Suddenness {
+    /// Of three poses, `seconds` apart.
+    pub fn of(poses: [&Pose; 3], seconds: f64) -> Self {
+        let [first, second, third] = poses;
+        let before = Step::between(first, second);
+        Self::between((&before, seconds), (&Step::between(second, third), seconds))
     }
-    let change = |joint: usize| {
-        (now.0.turns[joint] / now_seconds - before.turns[joint] / before_seconds).length()
-    };
-    let root = change(0);
-    let joints = (1..20).map(change).fold(0.0, f64::max);
-    root.max(joints) > CUT_RAD_S || (root > SNAP_TURN_RAD_S && joints < SNAP_JOINTS_RAD_S)
+
+    fn between(before: (&Step, f64), now: (&Step, f64)) -> Self {
+        let before_seconds = before.1.max(SHORTEST_SECONDS);
+        let now_seconds = now.1.max(SHORTEST_SECONDS);
+        let root_m_s = now.0.root_m / now_seconds - before.0.root_m / before_seconds;
+        let change = |joint: usize| {
+            (now.0.turns[joint] / now_seconds - before.0.turns[joint] / before_seconds).length()
+        };
+        Self {
+            root_m_s: root_m_s.length(),
+            pelvis_rad_s: change(0),
+            joints_rad_s: BODY.map(change).fold(0.0, f64::max),
+            speed_rad_s: speed(now.0, now_seconds),
+        }
+    }
+
+    /// Whether the whole body turned at once while its joints did not: a snap turn.
+    pub fn is_snap_turn(&self) -> bool {
+        self.pelvis_rad_s > SNAP_TURN_RAD_S
+            && self.joints_rad_s < SNAP_JOINTS_SHARE * self.pelvis_rad_s
+    }
+}
+
+/// Joints from the hips and the spine on, without hands and feet.
+const BODY: std::ops::Range<usize> = 1..20;
+
+fn speed(step: &Step, seconds: f64) -> f64 {
+    let turns = step.turns[BODY].iter().map(|turn| turn.length());
+    turns.fold(0.0, f64::max) / seconds
+}
+
+/// Whether no motion begins with this step: the pose before was one of calibration.
+pub(crate) fn is_late_start(step: &Step, seconds: f64) -> bool {
+    speed(step, seconds.max(SHORTEST_SECONDS)) > START_RAD_S
+}
+
+/// Whether the body jumped in a step, given the one before, each with its seconds.
+pub(crate) fn is_cut(before: (&Step, f64), now: (&Step, f64)) -> bool {
+    let sudden = Suddenness::between(before, now);
+    sudden.root_m_s > CUT_M_S
+        || sudden.pelvis_rad_s.max(sudden.joints_rad_s) > CUT_RAD_S
+        || sudden.is_snap_turn()
+}
+
+/// The same for poses that nothing is done to: what the tissue's clock does not see itself.
+pub(crate) fn is_snap_turn(before: (&Step, f64), now: (&Step, f64)) -> bool {
+    Suddenness::between(before, now).is_snap_turn()
+}
+
+/// Angular velocity of all joints of the body together, in rad/s, between two poses.
+pub fn speed_of_all(poses: [&Pose; 2], seconds: f64) -> f64 {
+    all_speed(&Step::between(poses[0], poses[1]), seconds)
+}
+
+fn all_speed(step: &Step, seconds: f64) -> f64 {
+    let turns = step.turns[BODY].iter().map(|turn| turn.length_squared());
+    turns.sum::<f64>().sqrt() / seconds
 }

@@ -10,9 +10,10 @@ mod clock;
 mod conditioner;
 mod cut;
 mod diagnosis;
+mod frames;
 mod path;
 mod smoother;
 
 pub use conditioner::{Conditioned, Conditioner, PoseSource};
-pub use cut::{SNAP_JOINTS_RAD_S, SNAP_TURN_RAD_S, START_RAD_S};
+pub use cut::{SNAP_JOINTS_SHARE, SNAP_TURN_RAD_S, START_RAD_S, Suddenness, speed_of_all};
 pub use diagnosis::Diagnosis;

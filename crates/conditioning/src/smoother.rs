@@ -59,9 +59,36 @@ pub(crate) struct Smoother {
     past: VecDeque<Filtered>,
     raw: VecDeque<(f64, Pose)>,
     push: [f64; GROUPS],
-    /// Standard deviation of a joint's turn along each axis, in radians, as measured.
+    /// Standard deviation of the turn of joints that tell nothing themselves, in radians.
     joint_noise_rad: f64,
+    gauges: [Gauge; GROUPS],
+    /// Where the body usually is.
+    place: Option<Pose>,
+    /// Poses for which it has stood still.
+    stood: u32,
 }
+
+/// Measures the noise of the root or of one joint while the body stands still.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gauge {
+    bend: DVec3,
+    count: u32,
+    /// Variance along each axis, once known.
+    noise: Option<f64>,
+}
+
+/// Weight of the newest pose in the place and the noise of a body that stands.
+const GAUGE_WEIGHT: f64 = 0.08;
+
+/// How far root and joints of somebody who stands are from where they usually are, in metres and
+/// radians.
+const STANDS: (f64, f64) = (0.015, 0.07);
+
+/// How many times the noise's own second differences are taken off where the body stands still.
+const CALM: f64 = 3.0;
+
+/// Poses for which the body must stand before its noise is measured.
+const STOOD: u32 = 8;
 
 impl Smoother {
     pub fn new(tuning: Tuning) -> Self {
@@ -71,6 +98,9 @@ impl Smoother {
             raw: VecDeque::new(),
             push: [0.0; GROUPS],
             joint_noise_rad: tuning.joint_noise_rad.1,
+            gauges: [Gauge::default(); GROUPS],
+            place: None,
+            stood: 0,
         }
     }
 
@@ -80,7 +110,11 @@ impl Smoother {
         } else {
             1.0
         };
-        (scale * self.joint_noise_rad).powi(2)
+        let (least, most) = self.tuning.joint_noise_rad;
+        let square = |noise: f64| (scale * noise).powi(2);
+        let noise = self.gauges[group].noise;
+        let noise = noise.unwrap_or(square(self.joint_noise_rad));
+        noise.clamp(square(least), square(most))
     }
 
     /// Says how noisy joints were found to be, as a standard deviation in radians along each axis.
@@ -119,6 +153,7 @@ impl Smoother {
     }
 
     fn measure_push(&mut self, time: f64, pose: &Pose) {
+        let calm = self.calm(pose);
         if let (Some((t0, first)), Some((t1, second))) = (self.raw.front(), self.raw.back())
             && self.raw.len() == 2
             && time > *t1
@@ -127,12 +162,23 @@ impl Smoother {
             let seconds = 0.5 * (time - t0);
             // Poses at uneven times: the middle one against the line through its neighbours.
             let u = (t1 - t0) / (time - t0);
+            let taken = 1.0 + (CALM - 1.0) * calm;
             for group in 0..GROUPS {
                 let (from, to) = steps(first, second, pose, group);
                 let bend = 2.0 * ((1.0 - u) * from - u * to);
-                let noise = self.noise(group);
-                let squared = bend.length_squared() / 3.0 - 6.0 * noise;
-                let push = 1.5 * squared / seconds.powi(3);
+                let gauge = &mut self.gauges[group];
+                let third = bend - gauge.bend;
+                gauge.bend = bend;
+                if self.stood > STOOD {
+                    let found = third.length_squared() / 60.0;
+                    let noise = gauge.noise.get_or_insert(found);
+                    gauge.count += 1;
+                    let weight = (1.0 / f64::from(gauge.count)).max(GAUGE_WEIGHT);
+                    *noise += weight * (found - *noise);
+                }
+                let squared = bend.length_squared() / 3.0;
+                let noise = 6.0 * self.noise(group);
+                let push = 1.5 * (squared - taken * noise) / seconds.powi(3);
                 let weight = self.tuning.alertness;
                 self.push[group] += weight * (push - self.push[group]);
             }
@@ -140,6 +186,32 @@ impl Smoother {
         self.raw.push_back((time, pose.clone()));
         while self.raw.len() > 2 {
             self.raw.pop_front();
+        }
+    }
+
+    /// How surely the body stands still, 0 to 1.
+    fn calm(&mut self, pose: &Pose) -> f64 {
+        let Some(place) = &mut self.place else {
+            self.place = Some(pose.clone());
+            return 0.0;
+        };
+        let mut farthest = place.root_translation_m.distance(pose.root_translation_m) / STANDS.0;
+        let off = pose.root_translation_m - place.root_translation_m;
+        place.root_translation_m += GAUGE_WEIGHT * off;
+        for (joint, usual) in place.parent_from_joint.iter_mut().enumerate() {
+            let off = turn_between(*usual, pose.parent_from_joint[joint]);
+            farthest = farthest.max(off.length() / STANDS.1);
+            *usual = (*usual * DQuat::from_scaled_axis(GAUGE_WEIGHT * off)).normalize();
+        }
+        self.stood = if farthest < 1.0 {
+            self.stood.saturating_add(1)
+        } else {
+            0
+        };
+        if self.stood > STOOD {
+            (2.0 * (1.0 - farthest)).clamp(0.0, 1.0)
+        } else {
+            0.0
         }
     }
 
