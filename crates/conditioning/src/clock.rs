@@ -114,8 +114,8 @@ impl SourceClock {
     }
 
     /// A pose arrived at `time` that was made `steps` intervals after the newest; gives the time at
-    /// which it was made.
-    pub fn arrive(&mut self, time: f64, steps: f64) -> f64 {
+    /// which it was made. `log` has the last arrivals, should another clock have to be found.
+    pub fn arrive(&mut self, time: f64, steps: f64, log: &VecDeque<f64>) -> f64 {
         let residual = time - self.newest - steps * self.interval;
         self.bias += 0.1 * (residual - self.bias);
         // More than half an interval off, time and again: another source.
@@ -125,9 +125,8 @@ impl SourceClock {
             0
         };
         if self.astray > 3 {
-            let log = VecDeque::from([self.newest.min(time - INTERVALS.0), time]);
-            *self = Self::new(&log);
-            return time;
+            *self = Self::new(log);
+            return self.newest;
         }
         self.count += 1.0;
         if self.bias.abs() > BIAS * self.interval {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use dynaskin_skeleton::Pose;
 
 use crate::clock::{INTERVALS, SourceClock};
-use crate::cut::{Step, is_cut, is_late_start, is_snap_turn, is_sudden_stop};
+use crate::cut::{START_SECONDS, Step, is_cut, is_snap_turn, is_stop, is_sudden_stop};
 use crate::diagnosis::{Diagnosis, NoiseGauge};
 use crate::frames::FrameClock;
 use crate::path::{Knot, Rates, between, parabola_rates};
@@ -21,10 +21,6 @@ const HURRY: f64 = 0.12;
 
 /// Longest time for which a pose that repeats is waited for while no interval is known, in seconds.
 const FIRST_WAIT_SECONDS: f64 = 0.04;
-
-/// A first pose may have been held for any time before it was given: a step from it took at least
-/// this long, in seconds.
-const FIRST_SECONDS: f64 = 1.0 / 30.0;
 
 /// After this long without a repeated pose every frame brings a new one again, in seconds.
 const RELEASE_SECONDS: f64 = 0.8;
@@ -105,6 +101,10 @@ pub struct Conditioner {
     arrived: f64,
     /// The step to it, with its seconds.
     step: Option<(Step, f64)>,
+    /// When the first pose came, or the first after a cut.
+    began: f64,
+    /// Largest angular velocity of all joints together since then, in rad/s.
+    peak: f64,
     /// The step before that.
     step_before: Option<(Step, f64)>,
     log: VecDeque<f64>,
@@ -159,6 +159,8 @@ impl Conditioner {
             raw: None,
             arrived: 0.0,
             step: None,
+            began: 0.0,
+            peak: 0.0,
             step_before: None,
             log: VecDeque::new(),
             clock: None,
@@ -308,15 +310,15 @@ impl Conditioner {
             Some((before, before_seconds)) => is_cut((before, *before_seconds), (&step, seconds)),
             None => false,
         };
+        let stops = self.now - self.began < START_SECONDS && is_stop(self.peak, &step, seconds);
         let cut = match &self.step {
             // The tissue's clock sees the others itself.
             Some((before, before_seconds)) if !self.engaged => {
-                is_snap_turn((before, *before_seconds), (&step, seconds))
+                stops || is_snap_turn((before, *before_seconds), (&step, seconds))
             }
-            Some(_) => jumped,
-            None if self.engaged => is_late_start(&step, seconds.max(FIRST_SECONDS)),
-            None => is_late_start(&step, seconds),
+            _ => stops || jumped,
         };
+        self.peak = self.peak.max(step.speed_of_all(seconds));
         self.step_before = self.step.replace((step, seconds));
         if jumped || cut {
             // Another place or motion: that it stands still there is no pose held over a frame.
@@ -325,6 +327,8 @@ impl Conditioner {
         }
         if cut {
             self.step = None;
+            self.peak = 0.0;
+            self.began = self.now;
             self.path.clear();
             self.smoother = self.source.tuning().map(Smoother::new);
             self.playhead = time;
@@ -345,13 +349,13 @@ impl Conditioner {
         {
             let (likely, other) = clock.steps(self.now);
             let steps = match &self.step {
-                Some(before) if other != likely => {
+                Some(before) if other != likely && env("T_FIT", 1.0) > 0.0 => {
                     fitting(before, step, (likely, other), clock.interval)
                 }
                 _ => likely,
             };
             let seconds = steps * clock.interval;
-            return (clock.arrive(self.now, steps), seconds);
+            return (clock.arrive(self.now, steps, &self.log), seconds);
         }
         if self.log.len() < 2 {
             return (self.now, gap);
@@ -548,7 +552,7 @@ fn fitting(
     interval: f64,
 ) -> f64 {
     let off = |steps: f64| step.distance_squared(before, steps * interval / seconds.max(1e-4));
-    if off(other) < 0.5 * off(likely) {
+    if off(other) < env("T_FIT", 0.2) * off(likely) {
         other
     } else {
         likely

@@ -9,14 +9,21 @@ use crate::path::turn_between;
 
 /// Change of the pelvis's angular velocity from one pose to the next, in rad/s, that counts as a
 /// snap turn where the joints do not join in.
-pub const SNAP_TURN_RAD_S: f64 = 14.0;
+pub const SNAP_TURN_RAD_S: f64 = 8.0;
 
 /// Joints join in where one of them changes its angular velocity by more than this share of that.
 pub const SNAP_JOINTS_SHARE: f64 = 0.2;
 
-/// Angular velocity of a joint, in rad/s, with which no motion begins: the first pose was one of
-/// calibration.
-pub const START_RAD_S: f64 = 30.0;
+/// Angular velocity of all joints of the body together, in rad/s, after which no motion stops at once
+/// that has just begun: the first pose was one of calibration.
+pub const START_RAD_S: f64 = 20.0;
+
+/// How long a motion has just begun, in seconds: a step between two keys of a file of 24 keys/s, shown
+/// on a faster display, and the next.
+pub(crate) const START_SECONDS: f64 = 0.1;
+
+/// What is left of that speed in a stop.
+const STOP_SHARE: f64 = 0.2;
 
 /// Change of the root's velocity and of a joint's angular velocity that count as a cut.
 const CUT_M_S: f64 = 8.0;
@@ -42,6 +49,12 @@ impl Step {
         root_m: DVec3::ZERO,
         turns: [DVec3::ZERO; JOINT_COUNT],
     };
+
+    /// Angular velocity of all joints of the body together, in rad/s.
+    pub fn speed_of_all(&self, seconds: f64) -> f64 {
+        let turns = self.turns[BODY].iter().map(|turn| turn.length_squared());
+        turns.sum::<f64>().sqrt() / seconds.max(SHORTEST_SECONDS)
+    }
 
     /// From `share` times `other`, metres and radians taken alike.
     pub fn distance_squared(&self, other: &Self, share: f64) -> f64 {
@@ -90,7 +103,7 @@ pub struct Suddenness {
     /// Largest change of a joint's angular velocity, hands and feet left out: they are flung, and
     /// trackers lose them.
     pub joints_rad_s: f64,
-    /// Largest angular velocity of such a joint in the second step.
+    /// Angular velocity of all such joints together in the second step.
     pub speed_rad_s: f64,
 }
 
@@ -113,7 +126,7 @@ impl Suddenness {
             root_m_s: root_m_s.length(),
             pelvis_rad_s: change(0),
             joints_rad_s: BODY.map(change).fold(0.0, f64::max),
-            speed_rad_s: speed(now.0, now_seconds),
+            speed_rad_s: now.0.speed_of_all(now_seconds),
         }
     }
 
@@ -127,14 +140,9 @@ impl Suddenness {
 /// Joints from the hips and the spine on, without hands and feet.
 const BODY: std::ops::Range<usize> = 1..20;
 
-fn speed(step: &Step, seconds: f64) -> f64 {
-    let turns = step.turns[BODY].iter().map(|turn| turn.length());
-    turns.fold(0.0, f64::max) / seconds
-}
-
-/// Whether no motion begins with this step: the pose before was one of calibration.
-pub(crate) fn is_late_start(step: &Step, seconds: f64) -> bool {
-    speed(step, seconds.max(SHORTEST_SECONDS)) > START_RAD_S
+/// Whether the body, which had turned its joints at `peak_rad_s`, stops at once.
+pub(crate) fn is_stop(peak_rad_s: f64, step: &Step, seconds: f64) -> bool {
+    peak_rad_s > START_RAD_S && step.speed_of_all(seconds) < STOP_SHARE * peak_rad_s
 }
 
 /// Whether the body jumped in a step, given the one before, each with its seconds.
@@ -148,14 +156,4 @@ pub(crate) fn is_cut(before: (&Step, f64), now: (&Step, f64)) -> bool {
 /// The same for poses that nothing is done to: what the tissue's clock does not see itself.
 pub(crate) fn is_snap_turn(before: (&Step, f64), now: (&Step, f64)) -> bool {
     Suddenness::between(before, now).is_snap_turn()
-}
-
-/// Angular velocity of all joints of the body together, in rad/s, between two poses.
-pub fn speed_of_all(poses: [&Pose; 2], seconds: f64) -> f64 {
-    all_speed(&Step::between(poses[0], poses[1]), seconds)
-}
-
-fn all_speed(step: &Step, seconds: f64) -> f64 {
-    let turns = step.turns[BODY].iter().map(|turn| turn.length_squared());
-    turns.sum::<f64>().sqrt() / seconds
 }

@@ -15,5 +15,5 @@ mod path;
 mod smoother;
 
 pub use conditioner::{Conditioned, Conditioner, PoseSource};
-pub use cut::{SNAP_JOINTS_SHARE, SNAP_TURN_RAD_S, START_RAD_S, Suddenness, speed_of_all};
+pub use cut::{SNAP_JOINTS_SHARE, SNAP_TURN_RAD_S, START_RAD_S, Suddenness};
 pub use diagnosis::Diagnosis;
