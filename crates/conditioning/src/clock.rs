@@ -98,19 +98,16 @@ impl SourceClock {
         clock
     }
 
-    /// How many intervals after the newest pose one may have been made that arrives at `time`: the
-    /// likelier number first. They are equal where there is no doubt.
-    pub fn steps(&self, time: f64) -> (f64, f64) {
+    /// How many intervals after the newest pose one was made that arrives at `time`.
+    pub fn steps(&self, time: f64) -> f64 {
         let steps = (time - self.newest) / self.interval;
-        // Jitter of more than half an interval is likelier than a pose that never came.
-        let likely = (steps - 0.35).round().max(1.0);
-        let other = if steps > likely + 0.1 {
-            likely + 1.0
-        } else {
-            likely - 1.0
-        };
-        let doubtful = (steps - likely).abs() > 0.15 && (steps - other).abs() < 0.85;
-        (likely, if doubtful { other.max(1.0) } else { likely })
+        // Poses that never come are rarer than late ones.
+        (steps - 0.1).round().max(1.0)
+    }
+
+    /// The newest pose was made one interval later than it seemed.
+    pub fn postpone(&mut self) {
+        self.newest += self.interval;
     }
 
     /// A pose arrived at `time` that was made `steps` intervals after the newest; gives the time at

@@ -54,12 +54,12 @@ impl PoseSource {
     fn tuning(self) -> Option<Tuning> {
         match self {
             Self::Tracker => Some(Tuning {
-                root_noise_m_rad: env("T_ROOT", 0.23),
+                root_noise_m_rad: 0.23,
                 joint_noise_rad: (0.02_f64.to_radians(), 0.8_f64.to_radians()),
-                stillness: env("T_STILL", 1.0),
-                lag: env("T_LAG", 0.5),
-                alertness: env("T_ALERT", 0.35),
-                trust: env("T_TRUST", 1.0),
+                stillness: 1.0,
+                lag: 0.5,
+                alertness: 0.35,
+                trust: 1.0,
             }),
             Self::Display | Self::Network | Self::AsGiven => None,
         }
@@ -68,13 +68,6 @@ impl PoseSource {
     fn lag(self) -> f64 {
         self.tuning().map_or(0.0, |tuning| tuning.lag)
     }
-}
-
-pub(crate) fn env(name: &str, value: f64) -> f64 {
-    std::env::var(name)
-        .ok()
-        .and_then(|v| v.parse().ok())
-        .unwrap_or(value)
 }
 
 /// What the tissue's clock is to be given.
@@ -103,6 +96,8 @@ pub struct Conditioner {
     step: Option<(Step, f64)>,
     /// When the first pose came, or the first after a cut.
     began: f64,
+    /// Whether the first pose is in the middle of a motion.
+    goes_on: bool,
     /// Largest angular velocity of all joints together since then, in rad/s.
     peak: f64,
     /// The step before that.
@@ -121,6 +116,8 @@ pub struct Conditioner {
     run: u32,
     /// Whether the source was found to stand still.
     stands: bool,
+    /// Intervals of the source between the last two poses.
+    steps_before: f64,
 }
 
 impl Default for Conditioner {
@@ -151,6 +148,34 @@ impl Conditioner {
         };
     }
 
+    /// Forgets all poses in the middle of a motion: the next one does not begin it.
+    pub fn resume(&mut self) {
+        self.reset();
+        self.goes_on = true;
+    }
+
+    /// Another length is one metre now: `ratio` is the old one over the new one.
+    pub fn rescale(&mut self, ratio: f64) {
+        let steps = self.step.iter_mut().chain(self.step_before.iter_mut());
+        for (step, _) in steps {
+            step.root_m *= ratio;
+        }
+        if let Some(raw) = &mut self.raw {
+            raw.root_translation_m *= ratio;
+        }
+        for knot in &mut self.path {
+            knot.pose.root_translation_m *= ratio;
+            knot.rates.root_m_s *= ratio;
+        }
+        // What it learned of noise it learns again.
+        self.smoother = self.source.tuning().map(Smoother::new);
+    }
+
+    /// Whether the tissue is given other poses than the host's.
+    pub fn engaged(&self) -> bool {
+        self.engaged
+    }
+
     fn empty() -> Self {
         Self {
             source: PoseSource::Display,
@@ -160,6 +185,7 @@ impl Conditioner {
             arrived: 0.0,
             step: None,
             began: 0.0,
+            goes_on: false,
             peak: 0.0,
             step_before: None,
             log: VecDeque::new(),
@@ -174,6 +200,7 @@ impl Conditioner {
             frames: FrameClock::default(),
             run: 0,
             stands: false,
+            steps_before: 1.0,
         }
     }
 
@@ -283,7 +310,9 @@ impl Conditioner {
     }
 
     fn begin(&mut self, pose: &Pose) {
+        let goes_on = self.goes_on && self.raw.is_none();
         self.reset();
+        self.began = if goes_on { f64::NEG_INFINITY } else { 0.0 };
         self.raw = Some(pose.clone());
         self.log.push_back(0.0);
         self.engaged = matches!(self.source, PoseSource::Tracker | PoseSource::Network);
@@ -347,15 +376,27 @@ impl Conditioner {
         if let Some(clock) = &mut self.clock
             && (clock.settled() || self.log.len() >= LOG || self.log.len() < 2)
         {
-            let (likely, other) = clock.steps(self.now);
-            let steps = match &self.step {
-                Some(before) if other != likely && env("T_FIT", 1.0) > 0.0 => {
-                    fitting(before, step, (likely, other), clock.interval)
+            let mut steps = clock.steps(self.now);
+            // One of two poses that came in one frame is never seen. Which interval it is missing from
+            // shows when the next is there: how far on its way the body had come.
+            let late = steps == 2.0 && self.steps_before == 1.0;
+            if let (true, Some((before, _))) = (late, &self.step)
+                && before.share_of_both(step) > 0.5
+            {
+                clock.postpone();
+                steps = 1.0;
+                let interval = clock.interval;
+                if let Some((_, seconds)) = &mut self.step {
+                    *seconds += interval;
                 }
-                _ => likely,
-            };
-            let seconds = steps * clock.interval;
-            return (clock.arrive(self.now, steps, &self.log), seconds);
+                if let Some(knot) = self.path.pop_back()
+                    && self.smoother.is_none()
+                {
+                    self.add_knot(knot.time + interval, &knot.pose);
+                }
+                return self.arrived_after(steps);
+            }
+            return self.arrived_after(steps);
         }
         if self.log.len() < 2 {
             return (self.now, gap);
@@ -364,6 +405,18 @@ impl Conditioner {
         let (newest, seconds) = (clock.newest, clock.interval.max(gap));
         self.clock = Some(clock);
         (newest, seconds)
+    }
+
+    /// The time of a pose made `steps` intervals after the one before, and the seconds between.
+    fn arrived_after(&mut self, steps: f64) -> (f64, f64) {
+        self.steps_before = steps;
+        match &mut self.clock {
+            Some(clock) => {
+                let seconds = steps * clock.interval;
+                (clock.arrive(self.now, steps, &self.log), seconds)
+            }
+            None => (self.now, self.now - self.arrived),
+        }
     }
 
     /// The pose of the step before once more.
@@ -489,11 +542,7 @@ impl Conditioner {
         let off = target - even;
         let settled = self.clock.as_ref().is_some_and(SourceClock::settled);
         let near = settled && off.abs() < 0.5 * self.frame.max(0.01);
-        let (gain, most) = if near {
-            (env("T_GAIN", 0.03), env("T_MOST", 0.02))
-        } else {
-            (0.15, HURRY)
-        };
+        let (gain, most) = if near { (0.03, 0.02) } else { (0.15, HURRY) };
         let hurry = (gain * off).clamp(-most * dt_seconds, most * dt_seconds);
         if (releases || standing) && self.now - (even + HURRY * dt_seconds) < 1e-6 {
             let dt_seconds = self.now - self.playhead;
@@ -517,19 +566,6 @@ impl Conditioner {
             hurry
         };
         let newest = self.path.back().map_or(self.playhead, |knot| knot.time);
-        if std::env::var("T_DBG").is_ok() {
-            eprintln!(
-                "now {:.4} play {:.4} newest {:.4} under {} late {:.4} interval {:.5} off {:.4} spread {:.4}",
-                self.now,
-                even + hurry,
-                newest,
-                even + hurry > newest,
-                self.clock.as_ref().map_or(0.0, |c| c.lateness),
-                self.clock.as_ref().map_or(0.0, |c| c.interval),
-                off,
-                self.clock.as_ref().map_or(0.0, |c| c.jitter())
-            );
-        }
         self.playhead = (even + hurry).min(newest).max(self.playhead);
         while self.path.len() > 3 && self.path[1].time <= self.playhead_before {
             self.path.pop_front();
@@ -540,22 +576,6 @@ impl Conditioner {
             dt_seconds: self.playhead - self.playhead_before,
             cut: false,
         }
-    }
-}
-
-/// Of two numbers of intervals, the likelier first, the one after which the body would have come as
-/// far as it has, had it gone on as in the step before.
-fn fitting(
-    (before, seconds): &(Step, f64),
-    step: &Step,
-    (likely, other): (f64, f64),
-    interval: f64,
-) -> f64 {
-    let off = |steps: f64| step.distance_squared(before, steps * interval / seconds.max(1e-4));
-    if off(other) < env("T_FIT", 0.2) * off(likely) {
-        other
-    } else {
-        likely
     }
 }
 

@@ -12,11 +12,11 @@ use crate::path::turn_between;
 pub const SNAP_TURN_RAD_S: f64 = 8.0;
 
 /// Joints join in where one of them changes its angular velocity by more than this share of that.
-pub const SNAP_JOINTS_SHARE: f64 = 0.2;
+pub const SNAP_JOINTS_SHARE: f64 = 0.4;
 
 /// Angular velocity of all joints of the body together, in rad/s, after which no motion stops at once
 /// that has just begun: the first pose was one of calibration.
-pub const START_RAD_S: f64 = 20.0;
+pub const START_RAD_S: f64 = 30.0;
 
 /// How long a motion has just begun, in seconds: a step between two keys of a file of 24 keys/s, shown
 /// on a faster display, and the next.
@@ -56,11 +56,16 @@ impl Step {
         turns.sum::<f64>().sqrt() / seconds.max(SHORTEST_SECONDS)
     }
 
-    /// From `share` times `other`, metres and radians taken alike.
-    pub fn distance_squared(&self, other: &Self, share: f64) -> f64 {
-        let turns = self.turns.iter().zip(&other.turns);
-        let turns = turns.map(|(own, other)| own.distance_squared(share * *other));
-        turns.sum::<f64>() + self.root_m.distance_squared(share * other.root_m)
+    /// How much of the way of this step and the `next` this one is, metres and radians taken alike.
+    pub fn share_of_both(&self, next: &Self) -> f64 {
+        let (mut along, mut whole) = (0.0, 0.0);
+        let turns = self.turns.iter().zip(&next.turns);
+        for (own, next) in turns.chain([(&self.root_m, &next.root_m)]) {
+            let both = *own + *next;
+            along += own.dot(both);
+            whole += both.length_squared();
+        }
+        if whole > 0.0 { along / whole } else { 0.0 }
     }
 
     pub fn between(before: &Pose, after: &Pose) -> Self {

@@ -14,9 +14,19 @@ const MOST_UNEVEN: f64 = 0.25;
 /// Steps that are evener than this, in seconds, are even.
 const LEAST_UNEVEN_SECONDS: f64 = 1e-4;
 
-/// Weight of the newest step in the mean interval, and in what is known of how poses follow.
+/// Weight of the newest step in the mean interval, and in how uneven steps are.
+const INTERVAL_WEIGHT: f64 = 0.005;
 const WEIGHT: f64 = 0.02;
+
+/// What is left of what was known of how poses follow, after every step.
 const MEMORY: f64 = 0.99;
+
+/// Rates of displays, in Hz, and how near the mean interval has to be to one, as a share.
+const USUAL_HZ: [f64; 9] = [60.0, 72.0, 75.0, 90.0, 100.0, 120.0, 144.0, 165.0, 240.0];
+const USUAL_SHARE: f64 = 0.008;
+
+/// Steps in a row that belong to another display.
+const OTHERS: u32 = 12;
 
 /// Steps before anything is decided.
 const FIRST: u32 = 24;
@@ -38,6 +48,8 @@ pub(crate) struct FrameClock {
     /// Sums of how far poses follow measured steps: covariance and variance.
     follows: (f64, f64),
     snaps: bool,
+    /// Steps in a row that are no multiple of the interval.
+    others: u32,
 }
 
 impl FrameClock {
@@ -45,7 +57,7 @@ impl FrameClock {
     /// `even` says that poses are known not to follow the page's steps.
     pub fn step(&mut self, step: &Step, dt_seconds: f64, even: bool) -> f64 {
         self.count = self.count.saturating_add(1);
-        let weight = (1.0 / f64::from(self.count)).max(WEIGHT);
+        let share = 1.0 / f64::from(self.count);
         let frames = if self.interval > 0.0 {
             (dt_seconds / self.interval).round()
         } else {
@@ -55,34 +67,43 @@ impl FrameClock {
         let is_frame = frames >= 1.0 && off.abs() < MOST_UNEVEN * self.interval;
         if self.count > 1 && !is_frame {
             // Another display, or a page that draws when it likes.
-            self.debt = 0.0;
-            self.steps = [None; 4];
-            self.spread += weight * (off * off - self.spread);
-            if frames < 1.0 || frames > 8.0 {
+            self.others += 1;
+            if self.others > OTHERS {
                 *self = Self::default();
             }
+            self.debt = 0.0;
+            self.snaps = false;
+            self.steps = [None; 4];
             return dt_seconds;
         }
-        self.interval += weight * (dt_seconds / frames - self.interval);
+        self.others = 0;
+        self.interval += share.max(INTERVAL_WEIGHT) * (dt_seconds / frames - self.interval);
         if self.count > 1 {
-            self.spread += weight * (off * off - self.spread);
+            self.spread += share.max(WEIGHT) * (off * off - self.spread);
         }
         self.weigh(step, dt_seconds);
         let uneven = self.spread.sqrt();
-        let snaps = self.count >= FIRST
+        self.snaps = self.count >= FIRST
             && uneven > LEAST_UNEVEN_SECONDS
             && uneven < 0.5 * MOST_UNEVEN * self.interval
             && (even || self.follows_display());
-        if !snaps {
+        if !self.snaps {
             self.debt = 0.0;
-            self.snaps = false;
             return dt_seconds;
         }
-        self.snaps = true;
-        self.debt += dt_seconds - frames * self.interval;
-        let paid = WEIGHT * self.debt;
+        let interval = self.usual_interval();
+        // Steps that are off by chance add up to less than one; those of another rate do not.
+        self.debt += dt_seconds - frames * interval;
+        let paid = WEIGHT * (self.debt - self.debt.clamp(-interval, interval));
         self.debt -= paid;
-        frames * self.interval + paid
+        frames * interval + paid
+    }
+
+    /// The mean interval, or that of the usual rate which it is near.
+    fn usual_interval(&self) -> f64 {
+        let mut usual = USUAL_HZ.iter().map(|rate| 1.0 / rate);
+        let near = |usual: &f64| (usual - self.interval).abs() < USUAL_SHARE * self.interval;
+        usual.find(near).unwrap_or(self.interval)
     }
 
     /// Whether poses go by the display and not by the steps that were measured.

@@ -439,7 +439,10 @@ impl Avatar {
 
     /// All that the avatar remembers: shape, scale, controls, clock and tissue. The same poses and
     /// time steps after [`Self::restore`] give the same numbers, bit by bit.
-    /// The level of detail and visibility are the host's and not in it.
+    /// The level of detail, visibility and the source of poses are the host's and not in it. Poses that are
+    /// on their way to the tissue are not in it either: where they repeat, or come from a tracker or a
+    /// network, the first pose after [`Self::restore`] is taken as one in which the body has stood for
+    /// long.
     pub fn save(&self) -> Vec<u8> {
         let mut writer = Writer::new(&self.model.fingerprint());
         writer.floats(&self.shaped.shape);

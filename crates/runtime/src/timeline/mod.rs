@@ -132,8 +132,7 @@ impl Timeline {
     pub fn set_scale(&mut self, scale: f64) -> f64 {
         let ratio = self.scale / scale;
         self.clock.rescale(ratio);
-        // Poses on their way to the tissue are in the old unit.
-        self.conditioner.reset();
+        self.conditioner.rescale(ratio);
         self.scale = scale;
         ratio
     }
@@ -297,10 +296,11 @@ impl Timeline {
         self.clock.pose()
     }
 
-    /// Adds switch and clock to a saved state; the scale is written by itself.
+    /// Adds switch and clock to a saved state; the scale is written by itself. Poses on their way to the
+    /// tissue are not in it: where there are any, the next pose counts as the first.
     pub fn write(&self, writer: &mut Writer) {
         writer.flag(self.enabled);
-        writer.flag(self.unsettled);
+        writer.flag(self.unsettled || self.conditioner.engaged());
         self.clock.write(writer);
     }
 
@@ -323,6 +323,6 @@ impl Timeline {
         self.enabled = memory.enabled;
         self.unsettled = memory.unsettled;
         self.clock = memory.clock;
-        self.conditioner.reset();
+        self.conditioner.resume();
     }
 }
