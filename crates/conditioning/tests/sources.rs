@@ -287,7 +287,7 @@ fn thirty_hertz_with_jitter() {
             source,
             (30.0, 0.015, (0.0, 0.0)),
             60.0,
-            (0.5, 0.075),
+            (0.3, 0.075),
         );
     }
 }
@@ -394,4 +394,108 @@ fn nothing_a_host_can_feed_panics() {
             let _ = (conditioner.pose_at(dice.roll()), conditioner.diagnosis());
         }
     }
+}
+
+/// The clip's poses at `rate`, with what `change` does to the body at each; the frames of cuts.
+fn cuts(clip: &Clip, rate: f64, change: impl Fn(usize, &mut Pose)) -> Vec<usize> {
+    let mut conditioner = Conditioner::default();
+    let frames = 0..(4.0 * rate) as usize;
+    frames
+        .filter(|&frame| {
+            let mut pose = smooth(clip, 1.0 + frame as f64 / rate);
+            change(frame, &mut pose);
+            let dt = if frame == 0 { 0.0 } else { 1.0 / rate };
+            conditioner.push(&pose, dt).cut
+        })
+        .collect()
+}
+
+#[test]
+fn a_snap_turn_is_a_cut() {
+    let clip = motion(ProceduralKind::ShakeHips);
+    for rate in [60.0, 72.0, 90.0] {
+        for degrees in [30.0_f64, 45.0] {
+            let turned = |frame: usize, pose: &mut Pose| {
+                if frame >= 90 {
+                    let turn = DQuat::from_rotation_y(degrees.to_radians());
+                    pose.root_translation_m = turn * pose.root_translation_m;
+                    pose.parent_from_joint[0] = turn * pose.parent_from_joint[0];
+                }
+            };
+            assert_eq!(cuts(&clip, rate, turned), [90], "{degrees}° at {rate} Hz");
+        }
+    }
+    assert_eq!(cuts(&clip, 60.0, |_, _| {}), [0; 0]);
+}
+
+#[test]
+fn a_first_pose_of_calibration_is_forgotten() {
+    let clip = motion(ProceduralKind::ShakeHips);
+    for rate in [24.0, 30.0, 40.0] {
+        // Arms aside, as no motion has them a frame later.
+        let calibrated = |frame: usize, pose: &mut Pose| {
+            if frame == 0 {
+                for joint in [Joint::LeftShoulder, Joint::RightShoulder] {
+                    let rotation = &mut pose.parent_from_joint[joint as usize];
+                    *rotation = *rotation * DQuat::from_rotation_z(1.3);
+                }
+            }
+        };
+        assert_eq!(cuts(&clip, rate, calibrated), [2], "{rate} Hz");
+    }
+}
+
+/// Seconds given on for steps of 1/60 s that are measured `most` off; where the poses follow what was
+/// measured, they are those of that time.
+fn given_seconds(most: f64, follow: bool) -> Vec<(f64, f64)> {
+    let clip = motion(ProceduralKind::ShakeHips);
+    let mut conditioner = Conditioner::default();
+    let mut dice = Dice(9);
+    let (mut even, mut measured) = (0.0, 0.0);
+    (0..300)
+        .map(|_| {
+            let dt = TICK + most * dice.roll();
+            (even, measured) = (even + TICK, measured + dt);
+            let time = if follow { measured } else { even };
+            let mut pose = smooth(&clip, time);
+            pose.root_translation_m.y += 1e-3 * time;
+            (dt, conditioner.push(&pose, dt).dt_seconds)
+        })
+        .collect()
+}
+
+#[test]
+fn steps_measured_by_a_coarse_clock_snap_to_the_display() {
+    let steps = given_seconds(1e-3, false);
+    for (dt, given) in &steps[200..] {
+        assert!((given - TICK).abs() < 1e-9, "{dt} s became {given} s");
+    }
+    let (measured, given): (f64, f64) = steps
+        .iter()
+        .fold((0.0, 0.0), |sum, (dt, given)| (sum.0 + dt, sum.1 + given));
+    assert!((measured - given).abs() < 1.1 * TICK);
+}
+
+#[test]
+fn steps_that_poses_follow_are_left_as_they_are() {
+    for (dt, given) in given_seconds(2e-3, true) {
+        assert_eq!(dt, given);
+    }
+}
+
+#[test]
+fn poses_taken_as_given_are_never_changed() {
+    let clip = motion(ProceduralKind::Hop);
+    let tracker = Tracker::new(&clip, 30.0, 0.0, (0.0, 0.0));
+    let mut conditioner = Conditioner::default();
+    conditioner.set_source(PoseSource::AsGiven);
+    for frame in 0..200 {
+        let pose = tracker.newest(f64::from(frame) * TICK);
+        let given = conditioner.push(pose, TICK);
+        assert_eq!(
+            (&given.pose, given.dt_seconds, given.cut),
+            (pose, TICK, false)
+        );
+    }
+    assert!(!conditioner.engaged());
 }

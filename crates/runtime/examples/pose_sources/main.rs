@@ -6,6 +6,7 @@
 
 #![allow(clippy::print_stdout)] // It prints a table.
 
+mod cost;
 mod limits;
 mod measure;
 mod source;
@@ -95,6 +96,30 @@ fn sum(parts: &[Played]) -> Played {
     }
 }
 
+/// What a step costs with conditioning, over what it costs without.
+fn print_costs(model: &Arc<Model>, motions: &[(bool, Truth)]) -> Result<()> {
+    println!("| a step | without, ms | with, ms | ratio (goal 1.05) |\n|---|--:|--:|--:|");
+    for (name, preset) in [
+        ("60 Hz, a new pose in every frame", PoseSource::Display),
+        ("30 Hz held", PoseSource::Display),
+        ("30 Hz held", PoseSource::Network),
+        ("30 Hz held", PoseSource::Tracker),
+    ] {
+        let source = SOURCES.iter().find(|(source, _)| source.name == name);
+        if let (Some((source, _)), Some((_, truth))) = (source, motions.last()) {
+            let [with, without] = cost::seconds(model, preset, &source.frames(truth, 1))?;
+            let (preset, ratio) = (table::name(preset), with / without);
+            println!(
+                "| {name}, {preset} | {:.4} | {:.4} | {ratio:.3} |",
+                1e3 * without,
+                1e3 * with
+            );
+        }
+    }
+    println!();
+    Ok(())
+}
+
 fn main() -> Result<()> {
     let options = options()?;
     let model = model()?;
@@ -107,9 +132,6 @@ fn main() -> Result<()> {
         motions.push((true, Truth::capture(path, &joints_rest_m, options.seconds)?));
     }
     for kind in UNSEEN {
-        if std::env::var("T_NOPROC").is_ok() {
-            break;
-        }
         motions.push((
             false,
             Truth::procedural(kind, &joints_rest_m, options.seconds)?,
@@ -125,6 +147,9 @@ fn main() -> Result<()> {
         .map(|(_, truth)| format!("{} ({:.1} s)", truth.name, truth.seconds))
         .collect();
     println!("Clips: {}.\n", clips.join(", "));
+    if options.preset.is_empty() {
+        print_costs(&model, &motions)?;
+    }
     println!("{}", table::HEAD);
     for (source, goal) in SOURCES {
         if !options.only.is_empty() && !source.name.contains(&options.only) {
