@@ -8,8 +8,9 @@ pub use dynaskin_body::{
     ShapedBody, SkinWeights, WorldJoints,
 };
 pub use dynaskin_runtime::{
-    Avatar, Bundle, BundleFile, Controls, Crowd, CrowdReport, Detail, LevelOfDetail, Model,
-    Network, RegionControls, RuntimeError, Settled, StageSeconds, StepReport, Stopwatch,
+    Avatar, Bundle, BundleFile, Controls, Crowd, CrowdReport, Detail, Diagnosis, LevelOfDetail,
+    Model, Network, PoseSource, RegionControls, RuntimeError, Settled, StageSeconds, StepReport,
+    Stopwatch,
 };
 pub use dynaskin_skeleton::MODEL_RATE_HZ;
 pub use glam;

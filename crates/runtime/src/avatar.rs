@@ -5,6 +5,7 @@ use std::sync::Arc;
 use dynaskin_body::{
     JOINT_COUNT, MAX_SHAPE_COEFFICIENT, Pose, Region, SHAPE_COUNT, SkinMatrices, skin_surface,
 };
+use dynaskin_conditioning::{Diagnosis, PoseSource};
 use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -378,6 +379,22 @@ impl Avatar {
         self.timeline.has_shown()
     }
 
+    /// Says where poses come from, which decides how they are put on an even clock and whether noise is
+    /// taken off. The next pose counts as the first. The source is the host's: no saved state holds it.
+    pub fn set_pose_source(&mut self, source: PoseSource) {
+        self.timeline.set_source(source);
+    }
+
+    /// Where poses come from.
+    pub fn pose_source(&self) -> PoseSource {
+        self.timeline.source()
+    }
+
+    /// What was found out about the source of poses, and how late the tissue is for it.
+    pub fn source_diagnosis(&self) -> Diagnosis {
+        self.timeline.diagnosis()
+    }
+
     /// The model.
     pub fn model(&self) -> &Arc<Model> {
         &self.model
@@ -433,7 +450,10 @@ impl Avatar {
 
     /// All that the avatar remembers: shape, scale, controls, clock and tissue. The same poses and
     /// time steps after [`Self::restore`] give the same numbers, bit by bit.
-    /// The level of detail and visibility are the host's and not in it.
+    /// The level of detail, visibility and the source of poses are the host's and not in it. Poses that are
+    /// on their way to the tissue are not in it either: where they repeat, or come from a tracker or a
+    /// network, the first pose after [`Self::restore`] is taken as one in which the body has stood for
+    /// long.
     pub fn save(&self) -> Vec<u8> {
         let saved = Saved {
             shape: self.shaped.shape,

@@ -46,6 +46,7 @@ pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned};
 pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, RegionControls};
 pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
 pub use dynaskin_body::MAX_SHAPE_COEFFICIENT;
+pub use dynaskin_conditioning::{Diagnosis, PoseSource};
 pub use error::{Network, RuntimeError};
 pub use model::Model;
 pub use networks::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};

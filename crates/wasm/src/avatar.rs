@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use dynaskin_body::Region;
 use dynaskin_motion::AnimationChoice;
-use dynaskin_runtime::{Avatar, Controls, Detail, Model, Settled, StepReport};
+use dynaskin_runtime::{Avatar, Controls, Detail, Model, PoseSource, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
 use crate::controls;
@@ -14,6 +14,23 @@ use crate::error::{Thrown, no_region};
 use crate::motion::{self, CoreMotion, read_options};
 use crate::pose;
 use crate::puppet::CorePuppet;
+
+/// By number.
+const SOURCES: [PoseSource; 4] = [
+    PoseSource::Display,
+    PoseSource::Tracker,
+    PoseSource::Network,
+    PoseSource::AsGiven,
+];
+
+fn source_number(source: PoseSource) -> u8 {
+    match source {
+        PoseSource::Display => 0,
+        PoseSource::Tracker => 1,
+        PoseSource::Network => 2,
+        PoseSource::AsGiven => 3,
+    }
+}
 
 #[wasm_bindgen]
 extern "C" {
@@ -231,6 +248,44 @@ impl CoreAvatar {
         };
         self.avatar.borrow_mut().set_detail(detail);
         Ok(())
+    }
+
+    /// Where poses come from: 0 a display, 1 a tracker, 2 a network, 3 taken as given.
+    #[wasm_bindgen(getter, js_name = poseSource)]
+    pub fn pose_source(&self) -> u8 {
+        let source = self.avatar.borrow().pose_source();
+        source_number(source)
+    }
+
+    /// Sets that.
+    ///
+    /// # Errors
+    /// Throws `argument` for another number.
+    #[wasm_bindgen(setter, js_name = poseSource)]
+    pub fn set_pose_source(&mut self, number: u8) -> Result<(), JsValue> {
+        let Some(source) = SOURCES.get(usize::from(number)) else {
+            return Err(Thrown::argument(format!("There is no source {number}.")).into());
+        };
+        self.avatar.borrow_mut().set_pose_source(*source);
+        Ok(())
+    }
+
+    /// What was found out about the source: whether poses repeat, its interval (0 if unknown), jitter
+    /// and latency in milliseconds, noise in degrees, and the number of the source that would help, or
+    /// -1.
+    #[wasm_bindgen(js_name = sourceDiagnosis)]
+    pub fn source_diagnosis(&self) -> Vec<f64> {
+        let found = self.avatar.borrow().source_diagnosis();
+        vec![
+            f64::from(u8::from(found.repeats)),
+            1e3 * found.interval_seconds.unwrap_or(0.0),
+            1e3 * found.jitter_seconds,
+            1e3 * found.latency_seconds,
+            found.noise_degrees,
+            found
+                .advice
+                .map_or(-1.0, |source| f64::from(source_number(source))),
+        ]
     }
 
     /// Whether anybody sees the avatar.

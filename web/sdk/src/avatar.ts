@@ -12,6 +12,13 @@ import { type Core, CoreArray } from "./core.js";
 import { checkDistance, type Detail, detailIndex, detailOf } from "./detail.js";
 import { DynaSkinError, guard } from "./error.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "./pose.js";
+import {
+  type PoseSource,
+  poseSourceIndex,
+  poseSourceOf,
+  type SourceReport,
+  sourceReportOf,
+} from "./pose-source.js";
 import type { CoreAvatar } from "./wasm/core.js";
 
 /**
@@ -39,6 +46,8 @@ export interface StepTimings {
   settled: boolean;
   /** Why it was settled; null where it was not. */
   settledBecause: SettledBecause | null;
+  /** What was found out about the source of poses; steps of a crowd count, too. */
+  source: SourceReport;
 }
 
 /** The surface after skinning, in the world. */
@@ -311,6 +320,22 @@ export class Avatar {
   }
 
   /**
+   * Where the poses come from; see {@link PoseSource}. The next step then counts as the first.
+   * {@link timings} say what was found out about the source, how late the tissue is for it, and which
+   * source would help. Another word throws `argument`.
+   */
+  get poseSource(): PoseSource {
+    return poseSourceOf(guard(() => this.raw.poseSource));
+  }
+
+  set poseSource(source: PoseSource) {
+    const idx = poseSourceIndex(source);
+    guard(() => {
+      this.raw.poseSource = idx;
+    });
+  }
+
+  /**
    * Whether anybody sees the avatar; say false while it is off the screen. Its tissue then costs
    * nothing and its surface stays as it is; steps go on moving the skeleton, but may also be left
    * out. The first step back in sight shows, at once, tissue that has settled in that step's pose.
@@ -350,7 +375,10 @@ export class Avatar {
 
   /**
    * All that the avatar remembers: shape, scale, controls, clock and tissue, as some 100 KB. After
-   * {@link restore} the same poses and time steps give the same numbers, bit by bit.
+   * {@link restore} the same poses and time steps give the same numbers, bit by bit. Where poses repeat, or
+   * come from a `tracker` or a `network`, those on their way to the tissue are not in it: the first step
+   * after {@link restore} starts with settled tissue. {@link poseSource}, {@link detail} and
+   * {@link visible} are the page's and stay.
    */
   save(): Uint8Array {
     return guard(() => this.raw.save());
@@ -372,6 +400,7 @@ export class Avatar {
   get timings(): StepTimings {
     const [ticks = 0, featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0, settled = 0] =
       guard(() => this.raw.timings());
+    const source = sourceReportOf(guard(() => this.raw.sourceDiagnosis()));
     const settledBecause = SETTLED_BECAUSE[settled] ?? null;
     return {
       ticks,
@@ -381,6 +410,7 @@ export class Avatar {
       applyMs,
       settled: settled !== 0,
       settledBecause,
+      source,
     };
   }
 

@@ -23,6 +23,7 @@ export {
 export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
 export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
 export type { Detail } from "./detail.js";
+export type { PoseSource, SourceReport } from "./pose-source.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export { type LoadOptions, load, type ModelFiles } from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";

@@ -6,12 +6,15 @@ import type { Core } from "./core.js";
 import { Crowd } from "./crowd.js";
 import { DynaSkinError, guard } from "./error.js";
 import { checkLength, SHAPE_LENGTH } from "./pose.js";
+import { type PoseSource, poseSourceIndex } from "./pose-source.js";
 import type { CoreBody, CoreModel } from "./wasm/core.js";
 
 /** How an avatar begins. */
 export interface AvatarOptions {
   /** Ten shape coefficients in standard deviations; the first is stature. Average if left out. */
   shape?: ArrayLike<number>;
+  /** Where the poses come from; `display` if left out. See {@link PoseSource}. */
+  poseSource?: PoseSource;
 }
 
 /** The constant data of a body: what an engine needs to draw it. Copies; keep them. */
@@ -64,7 +67,7 @@ export class Body {
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
     const raw = guard(() => this.raw.createAvatar(shape));
-    return new Avatar(this.#core, raw, this.vertexCount);
+    return withSource(new Avatar(this.#core, raw, this.vertexCount), options);
   }
 
   /** Frees the body's memory; avatars made from it live on. May be called again. */
@@ -106,7 +109,7 @@ export class Model {
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
     const avatar = guard(() => this.#alive.createAvatar(shape));
-    return new Avatar(this.#core, avatar, this.body.vertexCount);
+    return withSource(new Avatar(this.#core, avatar, this.body.vertexCount), options);
   }
 
   /** A crowd without avatars, for many avatars of this model; see {@link Crowd}. */
@@ -131,8 +134,14 @@ export class Model {
   }
 }
 
+function withSource(avatar: Avatar, { poseSource }: AvatarOptions): Avatar {
+  if (poseSource !== undefined) avatar.poseSource = poseSource;
+  return avatar;
+}
+
 function toShape(options: AvatarOptions): Float32Array {
   checkObject("options", options);
+  if (options.poseSource !== undefined) poseSourceIndex(options.poseSource);
   const { shape } = options;
   if (shape === undefined) return new Float32Array(SHAPE_LENGTH);
   checkLength("shape", shape, SHAPE_LENGTH);

@@ -152,6 +152,19 @@ impl Procedural {
     /// repetition, [`MotionError::FlightDoesNotFit`] where the height needs more time than the
     /// tempo leaves, [`MotionError::Degenerate`] for joints that are no standing person.
     pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Clip, MotionError> {
+        self.clip_at(MODEL_RATE_HZ, joints_rest_m)
+    }
+
+    /// The same at `rate_hz`, 1 to 1000.
+    ///
+    /// # Errors
+    /// As [`Self::clip`], and [`MotionError::Parameter`] for another rate.
+    pub fn clip_at(
+        &self,
+        rate_hz: f64,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+    ) -> Result<Clip, MotionError> {
+        check_range("rate_hz", rate_hz, 1.0, 1000.0)?;
         let (low, high) = self.kind.tempos_hz();
         check_range("tempo_hz", self.tempo_hz, low, high)?;
         let (low, high) = self.kind.heights_m();
@@ -159,13 +172,13 @@ impl Procedural {
         check_range("duration_seconds", self.duration_seconds, 0.0, 3600.0)?;
         let figure = Figure::new(joints_rest_m)?;
         let stances = self.stances(&figure)?;
-        let last = (self.duration_seconds * MODEL_RATE_HZ).round() as usize;
+        let last = (self.duration_seconds * rate_hz).round() as usize;
         let frames: Vec<Pose> = (0..=last)
-            .map(|frame| figure.pose(&stances(frame as f64 / MODEL_RATE_HZ)))
+            .map(|frame| figure.pose(&stances(frame as f64 / rate_hz)))
             .collect();
         Ok(Clip {
             name: self.kind.name().to_owned(),
-            rate_hz: MODEL_RATE_HZ,
+            rate_hz,
             frames,
         })
     }

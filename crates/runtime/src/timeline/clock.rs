@@ -82,7 +82,7 @@ impl Ticks {
     };
 
     /// Where tick `index` lies between the pose before (0) and the new pose (1).
-    fn position(&self, index: usize) -> f64 {
+    pub fn position(&self, index: usize) -> f64 {
         (self.first + self.spacing * index as f64).clamp(0.0, 1.0)
     }
 }

@@ -5,6 +5,7 @@ mod clock;
 mod interpolation;
 mod visibility;
 
+use dynaskin_conditioning::{Conditioner, Diagnosis, PoseSource};
 use dynaskin_skeleton::Pose;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,8 @@ pub(crate) fn check_step(dt_seconds: f64) -> Result<(), RuntimeError> {
 /// The time of one avatar.
 #[derive(Debug)]
 pub(crate) struct Timeline {
+    /// Puts poses that repeat, jitter or are noisy on their source's clock.
+    conditioner: Conditioner,
     clock: TickClock,
     /// The step at hand.
     planned: Planned,
@@ -42,12 +45,21 @@ pub(crate) struct Timeline {
 /// A step that was checked and is about to be taken.
 #[derive(Clone, Debug)]
 struct Planned {
-    /// In metres of the body.
+    /// The host's pose, in metres of the body: what the skeleton shows.
     pose: Pose,
+    /// What drives the tissue, where it is another pose.
+    driven: Option<Pose>,
+    /// The seconds that the tissue moves on by.
     dt_seconds: f64,
     advance: Advance,
     /// Whether the surface changes.
     shows: bool,
+}
+
+impl Planned {
+    fn driven(&self) -> &Pose {
+        self.driven.as_ref().unwrap_or(&self.pose)
+    }
 }
 
 /// What is to be decoded for the surface after a step.
@@ -92,9 +104,11 @@ impl TimelineMemory {
 impl Default for Timeline {
     fn default() -> Self {
         Self {
+            conditioner: Conditioner::default(),
             clock: TickClock::default(),
             planned: Planned {
                 pose: Pose::REST,
+                driven: None,
                 dt_seconds: 0.0,
                 advance: Advance::Tick(Ticks::NONE),
                 shows: false,
@@ -128,14 +142,32 @@ impl Timeline {
     pub fn set_scale(&mut self, scale: f64) -> f64 {
         let ratio = self.scale / scale;
         self.clock.rescale(ratio);
+        self.conditioner.rescale(ratio);
         self.scale = scale;
         ratio
     }
 
     /// The next pose counts as the first.
     pub fn reset(&mut self) {
+        self.conditioner.reset();
         self.clock.reset();
         self.unsettled = true;
+    }
+
+    /// Says where poses come from; the next pose counts as the first.
+    pub fn set_source(&mut self, source: PoseSource) {
+        self.conditioner.set_source(source);
+        self.reset();
+    }
+
+    /// Where poses come from.
+    pub fn source(&self) -> PoseSource {
+        self.conditioner.source()
+    }
+
+    /// What was found out about the source.
+    pub fn diagnosis(&self) -> Diagnosis {
+        self.conditioner.diagnosis()
     }
 
     /// Changes detail or visibility. What becomes of the surface, if anything.
@@ -154,14 +186,21 @@ impl Timeline {
         check_step(dt_seconds)?;
         let mut pose = pose::checked(pose)?;
         pose.root_translation_m /= self.scale;
-        let mut advance = self.clock.plan(&pose, dt_seconds);
+        let given = self.conditioner.push(&pose, dt_seconds);
+        let dt_seconds = given.dt_seconds;
+        let mut advance = self.clock.plan(&given.pose, dt_seconds);
+        if given.cut && !matches!(advance, Advance::Settle(_)) {
+            advance = Advance::Settle(Settled::Cut);
+        }
         if self.unsettled && self.visibility.woken {
             advance = Advance::Settle(Settled::Woken);
         } else if self.unsettled && !matches!(advance, Advance::Settle(_)) {
             advance = Advance::Settle(Settled::FirstPose);
         }
+        let driven = (given.pose != pose).then_some(given.pose);
         self.planned = Planned {
             pose,
+            driven,
             dt_seconds,
             advance,
             shows: false,
@@ -191,14 +230,17 @@ impl Timeline {
     /// The pose that the planned step settles in, if it does.
     pub fn settling_pose(&self) -> Option<&Pose> {
         let settles = self.moves() && matches!(self.planned.advance, Advance::Settle(_));
-        settles.then_some(&self.planned.pose)
+        settles.then_some(self.planned.driven())
     }
 
     /// The pose of tick `index` of the planned step, where there is one.
     pub fn tick_pose(&self, index: usize) -> Option<Pose> {
         match self.planned.advance {
             Advance::Tick(ticks) if index < ticks.count && self.moves() => {
-                Some(self.clock.pose_of_tick(ticks, index, &self.planned.pose))
+                let between = self.conditioner.pose_at(ticks.position(index));
+                Some(between.unwrap_or_else(|| {
+                    self.clock.pose_of_tick(ticks, index, self.planned.driven())
+                }))
             }
             _ => None,
         }
@@ -245,12 +287,12 @@ impl Timeline {
     /// Ends the step; gives its pose, in metres of the body.
     pub fn commit(&mut self) -> &Pose {
         let Planned {
-            pose,
             dt_seconds,
             advance,
             ..
-        } = &self.planned;
-        self.clock.commit(pose, *dt_seconds, *advance);
+        } = self.planned;
+        self.clock
+            .commit(self.planned.driven(), dt_seconds, advance);
         self.unsettled = !self.moves();
         if !self.unsettled {
             self.visibility.woken = false;
@@ -264,12 +306,13 @@ impl Timeline {
         self.clock.pose()
     }
 
-    /// What a saved state says of it, for [`Self::remember`].
+    /// What a saved state says of it, for [`Self::remember`]. Poses on their way to the tissue are not in
+    /// it: where there are any, the next pose counts as the first.
     pub fn memory(&self) -> TimelineMemory {
         TimelineMemory {
             scale: self.scale,
             enabled: self.enabled,
-            unsettled: self.unsettled,
+            unsettled: self.unsettled || self.conditioner.engaged(),
             clock: self.clock.clone(),
         }
     }
@@ -280,5 +323,6 @@ impl Timeline {
         self.enabled = memory.enabled;
         self.unsettled = memory.unsettled;
         self.clock = memory.clock;
+        self.conditioner.resume();
     }
 }

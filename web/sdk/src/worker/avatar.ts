@@ -10,6 +10,7 @@ import {
 } from "../controls.js";
 import type { Detail } from "../detail.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "../pose.js";
+import type { PoseSource } from "../pose-source.js";
 import type { WorkerCrowd } from "./crowd.js";
 import type { Link } from "./link.js";
 import {
@@ -46,6 +47,8 @@ export class WorkerAvatar
    * it. Another word throws `argument`.
    */
   declare detail: Detail;
+  /** Where the poses come from; see `Avatar.poseSource`. Another word throws `argument` at once. */
+  declare poseSource: PoseSource;
   /**
    * How large the avatar stands in the world, 0.1 to 10; see `Avatar.scale`. Other numbers throw
    * `argument` at once.

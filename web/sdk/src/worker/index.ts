@@ -90,7 +90,11 @@ export async function createWorkerAvatar(options: WorkerAvatarOptions): Promise<
   const { shape } = sentShape(options);
   const model = await createWorkerModel(options);
   try {
-    return await model.createLoneAvatar(shape ? { shape } : {});
+    const { poseSource } = options;
+    return await model.createLoneAvatar({
+      ...(shape && { shape }),
+      ...(poseSource && { poseSource }),
+    });
   } catch (error) {
     model.dispose();
     throw error;

@@ -2,6 +2,7 @@ import type { Bundle } from "../bundle.js";
 import { checkObject } from "../check.js";
 import type { AvatarOptions } from "../model.js";
 import { checkLength, SHAPE_LENGTH } from "../pose.js";
+import { poseSourceIndex } from "../pose-source.js";
 import { WorkerAvatar } from "./avatar.js";
 import { WorkerCrowd } from "./crowd.js";
 import type { Link } from "./link.js";
@@ -53,6 +54,7 @@ export class WorkerModel {
     const state = await link.call("createAvatar", { target, ...shape });
     const avatar = new WorkerAvatar(link, target, state, () => onDispose(avatar));
     this.#made.add(avatar);
+    if (options.poseSource !== undefined) avatar.poseSource = options.poseSource;
     return avatar;
   }
 
@@ -95,7 +97,8 @@ export class WorkerModel {
  */
 export function sentShape(options: AvatarOptions): { shape?: number[] } {
   checkObject("options", options);
-  const { shape } = options;
+  const { shape, poseSource } = options;
+  if (poseSource !== undefined) poseSourceIndex(poseSource);
   if (shape === undefined) return {};
   checkLength("shape", shape, SHAPE_LENGTH);
   return { shape: Array.from(shape) };

@@ -3,6 +3,7 @@ import type { Avatar, StepTimings } from "../avatar.js";
 import type { Bundle } from "../bundle.js";
 import type { Crowd, CrowdReport } from "../crowd.js";
 import { checkDistance, type Detail, detailIndex } from "../detail.js";
+import { poseSourceIndex } from "../pose-source.js";
 import type { Progress } from "../source.js";
 import { checkScale } from "./refusals.js";
 
@@ -33,6 +34,7 @@ export const AVATAR_SETTINGS = {
   dynamics: { check: Boolean },
   visible: { check: Boolean },
   detail: { check: unless(detailIndex) },
+  poseSource: { check: unless(poseSourceIndex) },
   scale: { check: unless(checkScale) },
   distanceM: { check: unless(checkDistance), silent: true },
 } satisfies { [Name in keyof Avatar]?: Setting<Avatar[Name]> };

@@ -1,0 +1,19 @@
+//! Poses as they come: held over several frames of the display, late, early, and with noise.
+//!
+//! Tissue is driven by second differences of poses, so a pose that is shown twice is a stop and a
+//! blow. A [`Conditioner`] stands between a host and the tissue's clock: it notices poses that
+//! repeat, finds the interval at which the source makes new ones, places every pose on that clock,
+//! and gives the pose at a playhead that runs evenly behind it. Where every frame brings a new pose
+//! nothing is changed, to the bit.
+
+mod clock;
+mod conditioner;
+mod cut;
+mod diagnosis;
+mod frames;
+mod path;
+mod smoother;
+
+pub use conditioner::{Conditioned, Conditioner, PoseSource};
+pub use cut::{SNAP_JOINTS_SHARE, SNAP_TURN_RAD_S, START_RAD_S, Suddenness};
+pub use diagnosis::Diagnosis;
