@@ -22,7 +22,7 @@ export async function measureActors({ model, kinds, backend, size }) {
   renderer.resize(...size, 1);
   renderer.setCamera({ eyeWorldM: [0, 1.3, 6.5], targetWorldM: [0, 0.9, 0], fovYRadians: 0.45 });
   // The compared methods are in the demo's core alone.
-  const wasm = "/web/demo/wasm/core_guests_bg.wasm";
+  const wasm = "/web/demo/wasm/core_bg.wasm";
   const own = await load({ model, wasm });
   const actors = [];
   for (const [index, kind] of kinds.entries()) {

@@ -22,11 +22,7 @@ export const PARTS = [
   { name: "js", has: (path) => path.endsWith(".js"), firstView: true },
   { name: "css", has: (path) => path.endsWith(".css"), firstView: true },
   { name: "icon", has: (path) => path.endsWith(".svg"), firstView: true },
-  {
-    name: "core wasm",
-    has: (path) => /(^|\/)core_(guests_)?bg.*\.wasm$/.test(path),
-    firstView: true,
-  },
+  { name: "core wasm", has: (path) => /(^|\/)core_bg.*\.wasm$/.test(path), firstView: true },
   { name: "renderer wasm", has: (path) => /renderer_bg.*\.wasm$/.test(path), firstView: true },
   { name: "female model", has: isModelFile("female"), firstView: true },
   { name: "male model", has: isModelFile("male"), firstView: false },

@@ -13,7 +13,7 @@ const CLIPS = join(import.meta.dirname, "clips");
 const SDK = join(import.meta.dirname, "..", "sdk", "dist");
 const WASM = join(SDK, "wasm");
 /** The core with the code of the compared methods, which the package's is without. */
-const GUESTS = join(import.meta.dirname, "wasm", "core_guests_bg.wasm");
+const GUESTS = join(import.meta.dirname, "wasm", "core_bg.wasm");
 
 const namesIn = (folder: string) => (existsSync(folder) ? readdirSync(folder).toSorted() : []);
 
