@@ -25,7 +25,9 @@ export const test = base.extend<{ reused: Page }, { lane: { page: Page | null } 
     { scope: "worker" },
   ],
   reused: async ({ lane, browser, baseURL }, use, info) => {
-    lane.page ??= await browser.newPage({ viewport: VIEWPORT, ...(baseURL && { baseURL }) });
+    // In a context of its own: axe opens further pages there.
+    const options = { viewport: VIEWPORT, ...(baseURL && { baseURL }) };
+    lane.page ??= await (await browser.newContext(options)).newPage();
     const { page } = lane;
     reusedPages.add(page);
     await use(page);

@@ -286,7 +286,7 @@ test("a timeline that is dragged jumps once a picture", async ({ reused: page })
 });
 
 test("of several files the first is played, and the page says so; none leaves the computer", async ({
-  reused: page,
+  page,
 }) => {
   await openDemo(page, "?paused=1");
   const asked: string[] = [];
