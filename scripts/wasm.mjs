@@ -73,8 +73,8 @@ const GUESTS = {
 };
 
 /**
- * Builds what changed, and puts it where the SDK and the demo look for it. Each profile's glue and optimised files are
- * kept beside cargo's output, for as long as that is the same.
+ * Builds what changed, and puts it where the SDK and the demo look for it. Each profile's glue and
+ * optimised files are kept beside cargo's output, for as long as that is the same.
  */
 export async function buildWasm(profile = process.env.DYNASKIN_WASM_PROFILE || PUBLISHED) {
   const wasmBindgen = await ensureWasmBindgen();
