@@ -23,7 +23,8 @@ function heldOut(folder) {
       const [, subject, number] = parts;
       const trial = `${subject}_${number}`;
       const unseen = split.test_subjects.includes(subject) || split.test_trials.includes(trial);
-      if (!unseen || seen.has(trial) || frames(join(folder, name)) < SECONDS * RATE_HZ) return false;
+      if (!unseen || seen.has(trial) || frames(join(folder, name)) < SECONDS * RATE_HZ)
+        return false;
       seen.add(trial);
       return true;
     })
@@ -38,7 +39,14 @@ main(async () => {
   const folder = join(sharedDir(), "mocap", "train");
   const clips = existsSync(folder) ? heldOut(folder) : [];
   if (clips.length === 0) say(`skipped: captures need ${folder}; procedural motions stand in`);
-  const example = ["run", "--release", "--package", "dynaskin-runtime", "--example", "pose_sources"];
+  const example = [
+    "run",
+    "--release",
+    "--package",
+    "dynaskin-runtime",
+    "--example",
+    "pose_sources",
+  ];
   const args = [...example, "--", ...process.argv.slice(2), ...clips];
   const { status, error } = spawnSync("cargo", args, { cwd: ROOT, stdio: "inherit" });
   if (error) throw error;

@@ -17,7 +17,6 @@ export { type Bundle, type BundleFile, REGION_NAMES, type RegionName } from "./b
 export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
 export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
 export type { Detail } from "./detail.js";
-export type { PoseSource, SourceReport } from "./pose-source.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export { type LoadOptions, load, type ModelFiles } from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";
@@ -37,6 +36,7 @@ export {
   restPose,
   SHAPE_LENGTH,
 } from "./pose.js";
+export type { PoseSource, SourceReport } from "./pose-source.js";
 export { GRIPS, type Grip, Puppet } from "./puppet.js";
 export type { FileSource, Progress } from "./source.js";
 export { VERSION } from "./version.js";
