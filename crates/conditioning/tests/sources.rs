@@ -437,7 +437,7 @@ fn a_first_pose_of_calibration_is_forgotten() {
             if frame == 0 {
                 for joint in [Joint::LeftShoulder, Joint::RightShoulder] {
                     let rotation = &mut pose.parent_from_joint[joint as usize];
-                    *rotation = *rotation * DQuat::from_rotation_z(1.3);
+                    *rotation *= DQuat::from_rotation_z(1.3);
                 }
             }
         };
