@@ -97,7 +97,7 @@ impl Truth {
             sum += weight;
             root_m += weight * at(tap).root_translation_m;
             for (whole, part) in rotations.iter_mut().zip(at(tap).parent_from_joint) {
-                *whole = *whole + part * weight;
+                *whole += part * weight;
             }
         }
         pose.root_translation_m = root_m / sum;
