@@ -21,8 +21,9 @@ const WEIGHT: f64 = 0.02;
 /// What is left of what was known of how poses follow, after every step.
 const MEMORY: f64 = 0.99;
 
-/// Less motion than this tells nothing: a joint at 1 rad/s for a step that is a millisecond longer.
-const LEAST_MOTION: f64 = 1e-6;
+/// Less motion than this tells nothing, in rad²: a joint at 2 rad/s in eight steps that are a millisecond
+/// longer.
+const LEAST_MOTION: f64 = 3e-5;
 
 /// Rates of displays, in Hz, and how near the mean interval has to be to one, as a share.
 const USUAL_HZ: [f64; 9] = [60.0, 72.0, 75.0, 90.0, 100.0, 120.0, 144.0, 165.0, 240.0];

@@ -206,7 +206,7 @@ fn error(clip: &Clip, played: &Played) -> (f64, f64) {
     let got: Vec<Pose> = played.ticks.iter().map(|(_, pose)| pose.clone()).collect();
     let got = accelerations(&got);
     let mut best = (f64::INFINITY, 0.0);
-    for delay_ms in 0..120 {
+    for delay_ms in (0..120).step_by(2) {
         let delay = 1e-3 * f64::from(delay_ms);
         let (mut off, mut size) = (0.0, 0.0);
         for (idx, got) in got.iter().enumerate().skip(skip) {

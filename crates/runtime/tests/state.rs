@@ -94,6 +94,25 @@ fn a_restored_avatar_goes_on_bit_by_bit() {
 }
 
 #[test]
+fn poses_on_their_way_are_not_saved_and_the_next_one_settles() {
+    use dynaskin_runtime::{PoseSource, Settled};
+    const TICK: f64 = 1.0 / 60.0;
+    let mut one = avatar();
+    // Held over two frames.
+    for frame in 0..120 {
+        one.step(&pose_at(f64::from(frame / 2) / 30.0), TICK)
+            .unwrap();
+    }
+    assert!(one.source_diagnosis().repeats);
+    let mut other = avatar();
+    other.set_pose_source(PoseSource::Network);
+    other.restore(&one.save()).unwrap();
+    assert_eq!(other.pose_source(), PoseSource::Network);
+    let report = other.step(&pose_at(2.0), TICK).unwrap();
+    assert_eq!(report.settled, Some(Settled::FirstPose));
+}
+
+#[test]
 fn a_state_in_the_middle_of_a_fade_goes_on() {
     let mut saved = avatar();
     step(&mut saved, 0, 50);

@@ -76,6 +76,10 @@ describe("odd arguments", () => {
     ["setControls(null)", () => avatar.setControls(odd(null))],
     ["controls of a region that are null", () => setBelly(null)],
     ["controls of a region that are a number", () => setBelly(2)],
+    [
+      "a source of poses that does not exist",
+      () => odd(Object.assign(avatar, { poseSource: "webcam" })),
+    ],
     ["a detail that is a number", () => odd(Object.assign(avatar, { detail: 1 }))],
     ["a distance in letters", () => odd(Object.assign(avatar, { distanceM: "near" }))],
     ["a mistyped control", () => avatar.setControls(odd({ stength: 2 }))],

@@ -1,0 +1,78 @@
+// Where poses come from: the option, the property, and what the avatar finds out.
+import { type Avatar, Motion, type Pose, type PoseSource } from "dynaskin";
+import { afterAll, describe, expect, it } from "vitest";
+import { expectError, largestOffset, loadModel } from "./support.js";
+
+const TICK = 1 / 60;
+const model = await loadModel("female");
+
+afterAll(() => model.dispose());
+
+/** Largest offset, in metres, of `seconds` of a hop whose poses are made `rateHz` times a second. */
+function played(avatar: Avatar, rateHz: number, seconds: number): number {
+  const motion = Motion.procedural("hop", avatar);
+  let largest = 0;
+  for (let frame = 0; frame < seconds * 60; frame++) {
+    const made = Math.floor((frame / 60) * rateHz + 1e-6) / rateHz;
+    avatar.step(motion.poseAt(made), frame === 0 ? 0 : TICK);
+    largest = Math.max(largest, largestOffset(avatar.offsets));
+  }
+  motion.dispose();
+  return largest;
+}
+
+describe("poseSource", () => {
+  it("is an option and a property", async () => {
+    const avatar = model.createAvatar({ poseSource: "tracker" });
+    expect(avatar.poseSource).toBe("tracker");
+    for (const source of ["display", "network", "as-given"] as const) {
+      avatar.poseSource = source;
+      expect(avatar.poseSource).toBe(source);
+    }
+    const webcam = "webcam" as PoseSource;
+    await expectError("argument", () => model.createAvatar({ poseSource: webcam }));
+    await expectError("argument", () => {
+      avatar.poseSource = webcam;
+    });
+    expect(avatar.poseSource).toBe("as-given");
+    avatar.dispose();
+    expect(model.createAvatar().poseSource).toBe("display");
+  });
+
+  it("finds out about held poses, and says how late the tissue is", () => {
+    const avatar = model.createAvatar();
+    played(avatar, 30, 3);
+    const { repeats, intervalMs, latencyMs } = avatar.timings.source;
+    expect(repeats).toBe(true);
+    expect(intervalMs).toBeCloseTo(1000 / 30, 0);
+    expect(latencyMs).toBeGreaterThan(10);
+    expect(latencyMs).toBeLessThan(40);
+    avatar.dispose();
+  });
+
+  it("leaves alone what is new in every frame", () => {
+    const [conditioned, asGiven] = [
+      model.createAvatar(),
+      model.createAvatar({ poseSource: "as-given" }),
+    ];
+    const motion = Motion.procedural("run-in-place", conditioned);
+    for (let frame = 60; frame < 180; frame++) {
+      const pose: Pose = motion.poseAt(frame / 60);
+      for (const avatar of [conditioned, asGiven]) avatar.step(pose, TICK);
+    }
+    expect(conditioned.offsets).toEqual(asGiven.offsets);
+    expect(conditioned.timings.source).toMatchObject({
+      repeats: false,
+      latencyMs: 0,
+      advice: null,
+    });
+  });
+
+  it("keeps held poses from throwing the tissue about", () => {
+    const even = played(model.createAvatar(), 60, 3);
+    const held = played(model.createAvatar({ poseSource: "as-given" }), 30, 3);
+    const conditioned = played(model.createAvatar(), 30, 3);
+    expect(held).toBeGreaterThan(1.2 * even);
+    expect(conditioned).toBeLessThan(1.15 * even);
+  });
+});
