@@ -277,7 +277,7 @@ test("says so where a browser cannot record", async ({ page }) => {
   await expect(page.getByText("This browser cannot record")).toBeVisible();
 });
 
-test("the program has the present settings and parses", async ({ reused: page }) => {
+test("the program has the present settings and parses", async ({ page }) => {
   await openDemo(page, "?paused=1&sex=male&shape=1.5,-0.5&motion=twist&tempo=0.7&height=0.08");
   await page.getByLabel("Strength").fill("1.5");
   await page.keyboard.press("u");

@@ -61,7 +61,7 @@ test("shows the body with plain skinning before the networks are there", async (
   expect(await page.evaluate(() => window.dynaskinDemo?.avatar?.dynamics)).toBe(true);
 });
 
-test("every control does what it says", async ({ reused: page }) => {
+test("every control does what it says", async ({ page }) => {
   // Paused, because a page that draws in software has no time left to answer clicks.
   await openDemo(page, "?paused=1");
   const avatar = <T>(read: (demo: NonNullable<typeof window.dynaskinDemo>) => T) =>

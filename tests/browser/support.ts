@@ -11,8 +11,9 @@ const reusedPages = new WeakSet<Page>();
 
 /**
  * `test` with one more page: `reused` is the same for all tests of a lane, and {@link openDemo} changes
- * only its settings. For tests that are about the page as it runs: what happens while it loads, or stays
- * after a test (routes, scripts, media, the window's size) wants a page of its own.
+ * only its settings. For tests that are about the page as it runs: what happens while it loads, stays after
+ * a test (scripts, media, the window's size) or needs the browser's focus (the clipboard) wants a page of
+ * its own.
  */
 export const test = base.extend<{ reused: Page }, { lane: { page: Page | null } }>({
   lane: [
@@ -30,11 +31,12 @@ export const test = base.extend<{ reused: Page }, { lane: { page: Page | null } 
     lane.page ??= await (await browser.newContext(options)).newPage();
     const { page } = lane;
     reusedPages.add(page);
+    // Tests with pages of their own have pushed it into the background.
+    await page.bringToFront();
     await use(page);
     page.removeAllListeners("pageerror");
     page.removeAllListeners("request");
     await page.unrouteAll({ behavior: "ignoreErrors" });
-    await page.context().clearPermissions();
     if (info.status === info.expectedStatus) return;
     lane.page = null;
     await page.context().close();

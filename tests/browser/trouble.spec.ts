@@ -237,7 +237,7 @@ test("a clipboard that refuses is no error without an answer", async ({ page }) 
   expect(problems).toEqual([]);
 });
 
-test("notes wait for their turn in a screen reader, errors do not", async ({ reused: page }) => {
+test("notes wait for their turn in a screen reader, errors do not", async ({ page }) => {
   await openDemo(page, "?paused=1");
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
   await page.getByRole("button", { name: "Link to this view" }).click();

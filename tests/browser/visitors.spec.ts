@@ -11,7 +11,7 @@ import { openAddress, openDemo, picture, test, variation } from "./support.js";
 const METHODS = readdirSync(join(ROOT, "models", "female", "methods"));
 
 test("the benchmark lists every method that there is, with time, size and error", async ({
-  reused: page,
+  page,
 }) => {
   await openDemo(page, "?paused=1");
   await page.getByRole("button", { name: "Run the benchmark on my machine" }).click();
