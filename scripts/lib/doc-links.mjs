@@ -8,8 +8,9 @@ const PAGES = [
   ...["web/sdk/README.md", "models/female/MODEL_CARD.md", "models/male/MODEL_CARD.md"],
 ];
 
-/** What a build makes: right to name, and not there in a fresh clone. */
-const GENERATED = /^(artifacts|target|web\/(demo|examples|sdk)\/dist|web\/sdk\/src\/wasm)(\/|$)/;
+/** What a build or npm makes: right to name, and not there in a fresh clone. */
+const GENERATED =
+  /^(artifacts|node_modules|target|web\/(demo|examples|sdk)\/dist|web\/sdk\/src\/wasm)(\/|$)/;
 
 /**
  * Whether there is a path below `folder`; `*`, and a word in capitals as in `models/BODY/traits.json`,
