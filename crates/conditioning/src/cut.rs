@@ -2,7 +2,10 @@
 //!
 //! The limits are measured on captures: `docs/design/conditioning.md` has the figures.
 
-use dynaskin_skeleton::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::{
+    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, JOINT_COUNT, MIN_CUT_STEP_SECONDS,
+    Pose,
+};
 use glam::DVec3;
 
 use crate::path::turn_between;
@@ -25,17 +28,10 @@ pub(crate) const START_SECONDS: f64 = 0.1;
 /// What is left of that speed in a stop.
 const STOP_SHARE: f64 = 0.2;
 
-/// Change of the root's velocity and of a joint's angular velocity that count as a cut.
-const CUT_M_S: f64 = 8.0;
-const CUT_RAD_S: f64 = 60.0;
-
 /// Slower than this a body may stop between two poses: 0.02 m/s within a frame of 60 Hz is a tenth of
 /// gravity.
 const STOP_M_S: f64 = 0.02;
 const STOP_RAD_S: f64 = 0.1;
-
-/// Shortest step over which velocities are judged.
-const SHORTEST_SECONDS: f64 = 1.0 / 240.0;
 
 /// How the body went from one pose to the next.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +49,7 @@ impl Step {
     /// Angular velocity of all joints of the body together, in rad/s.
     pub fn speed_of_all(&self, seconds: f64) -> f64 {
         let turns = self.turns[BODY].iter().map(|turn| turn.length_squared());
-        turns.sum::<f64>().sqrt() / seconds.max(SHORTEST_SECONDS)
+        turns.sum::<f64>().sqrt() / seconds.max(MIN_CUT_STEP_SECONDS)
     }
 
     /// How much of the way of this step and the `next` this one is, metres and radians taken alike.
@@ -87,8 +83,8 @@ impl Step {
 /// was slow nor was about to stop, as it is for a moment wherever it turns back.
 pub(crate) fn is_sudden_stop(before: Option<(&Step, f64)>, last: (&Step, f64)) -> bool {
     let speed = |(step, seconds): (&Step, f64), part: usize| match part {
-        0 => step.root_m / seconds.max(SHORTEST_SECONDS),
-        joint => step.turns[joint - 1] / seconds.max(SHORTEST_SECONDS),
+        0 => step.root_m / seconds.max(MIN_CUT_STEP_SECONDS),
+        joint => step.turns[joint - 1] / seconds.max(MIN_CUT_STEP_SECONDS),
     };
     (0..=JOINT_COUNT).any(|part| {
         let now = speed(last, part);
@@ -121,8 +117,8 @@ impl Suddenness {
     }
 
     fn between(before: (&Step, f64), now: (&Step, f64)) -> Self {
-        let before_seconds = before.1.max(SHORTEST_SECONDS);
-        let now_seconds = now.1.max(SHORTEST_SECONDS);
+        let before_seconds = before.1.max(MIN_CUT_STEP_SECONDS);
+        let now_seconds = now.1.max(MIN_CUT_STEP_SECONDS);
         let root_m_s = now.0.root_m / now_seconds - before.0.root_m / before_seconds;
         let change = |joint: usize| {
             (now.0.turns[joint] / now_seconds - before.0.turns[joint] / before_seconds).length()
@@ -153,8 +149,8 @@ pub(crate) fn is_stop(peak_rad_s: f64, step: &Step, seconds: f64) -> bool {
 /// Whether the body jumped in a step, given the one before, each with its seconds.
 pub(crate) fn is_cut(before: (&Step, f64), now: (&Step, f64)) -> bool {
     let sudden = Suddenness::between(before, now);
-    sudden.root_m_s > CUT_M_S
-        || sudden.pelvis_rad_s.max(sudden.joints_rad_s) > CUT_RAD_S
+    sudden.root_m_s > CUT_VELOCITY_CHANGE_M_S
+        || sudden.pelvis_rad_s.max(sudden.joints_rad_s) > CUT_ANGULAR_VELOCITY_CHANGE_RAD_S
         || sudden.is_snap_turn()
 }
 

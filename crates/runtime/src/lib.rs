@@ -47,12 +47,13 @@ pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, RegionContr
 pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
 pub use dynaskin_body::MAX_SHAPE_COEFFICIENT;
 pub use dynaskin_conditioning::{Diagnosis, PoseSource};
+pub use dynaskin_skeleton::{
+    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS,
+};
 pub use error::{Network, RuntimeError};
 pub use model::Model;
 pub use networks::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
 pub use pipeline::{StageSeconds, Stopwatch};
 pub use state::STATE_VERSION;
-pub use timeline::{
-    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, Detail, MAX_STEP_SECONDS, Settled,
-};
+pub use timeline::{Detail, Settled};
 pub use tissue::FADE_SECONDS;

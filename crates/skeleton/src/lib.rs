@@ -5,11 +5,16 @@
 //! A joint's rest frame is aligned with the model's axes.
 
 mod joint;
+mod jumps;
 mod kinematics;
 mod limit;
 mod pose;
 
 pub use joint::{JOINT_COUNT, Joint};
+pub use jumps::{
+    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS,
+    MIN_CUT_STEP_SECONDS,
+};
 pub use kinematics::{
     GRAVITY_M_S2, JointMotion, Kinematics, MODEL_RATE_HZ, Past, rotation_vector, second_difference,
 };

@@ -5,7 +5,7 @@ mod play;
 
 use std::collections::VecDeque;
 
-use dynaskin_skeleton::Pose;
+use dynaskin_skeleton::{MAX_STEP_SECONDS, Pose};
 
 use crate::clock::SourceClock;
 use crate::cut::Step;
@@ -27,9 +27,6 @@ const LOG: usize = 9;
 
 /// Most poses of the source between the playhead and now, with some behind it.
 const KNOTS: usize = 15;
-
-/// A longer step is a stall; as in the tissue's clock.
-const STALL_SECONDS: f64 = 0.25;
 
 /// Where poses come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -223,7 +220,7 @@ impl Conditioner {
         if self.source == PoseSource::AsGiven {
             return straight(false);
         }
-        if self.raw.is_none() || !(0.0..=STALL_SECONDS).contains(&dt_seconds) {
+        if self.raw.is_none() || !(0.0..=MAX_STEP_SECONDS).contains(&dt_seconds) {
             self.begin(pose);
             return straight(false);
         }

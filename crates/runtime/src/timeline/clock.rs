@@ -5,7 +5,10 @@
 //! What is shown lies between the last two ticks, one tick (16.7 ms) behind the host, because at
 //! the host's instant only ticks of the past exist.
 
-use dynaskin_skeleton::{MODEL_RATE_HZ, Pose, rotation_vector};
+use dynaskin_skeleton::{
+    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS,
+    MIN_CUT_STEP_SECONDS, MODEL_RATE_HZ, Pose, rotation_vector,
+};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -14,25 +17,9 @@ use crate::features::ROTATION_JOINTS;
 use crate::state;
 use crate::timeline::interpolation::{Rates, Way};
 
-/// Longest time step that is caught up with, in seconds: 15 ticks. A longer one is a stall (hidden
-/// tab, debugger), after which the tissue starts settled.
-pub const MAX_STEP_SECONDS: f64 = 0.25;
-
 /// Longest time step there is, in seconds: a day. No computer sleeps between two frames for longer,
 /// so a longer one is a date or a count of milliseconds.
 const MAX_PLAUSIBLE_STEP_SECONDS: f64 = 86_400.0;
-
-/// Change of the root's velocity (m/s) from one step to the next that counts as a cut. A change
-/// and not the velocity itself, so that riding a fast vehicle is no cut. The largest change in
-/// 170 captured clips of sport and dance (CMU, 60 Hz) is 3.6 m/s.
-pub const CUT_VELOCITY_CHANGE_M_S: f64 = 8.0;
-
-/// Change of a joint's angular velocity (rad/s) from one step to the next that counts as a cut.
-/// The largest in those clips is 52 rad/s, of a shoulder.
-pub const CUT_ANGULAR_VELOCITY_CHANGE_RAD_S: f64 = 60.0;
-
-/// Shortest step over which velocities are judged, in seconds: hosts report steps of almost zero.
-const MIN_CUT_STEP_SECONDS: f64 = 1.0 / 240.0;
 
 /// Steps that together are no longer than this count as one when poses are interpolated.
 const SHORT_STEP_SECONDS: f64 = 0.02;

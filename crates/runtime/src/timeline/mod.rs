@@ -12,9 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::{RuntimeError, pose};
 use clock::{Advance, TickClock, Ticks};
 
-pub use clock::{
-    CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS, Settled,
-};
+pub use clock::Settled;
 pub use visibility::Detail;
 pub(crate) use visibility::{Change, Visibility};
 
