@@ -57,7 +57,7 @@ HUMAN_BONES = {
 
 def import_motion(variant: dict) -> bpy.types.Object:
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    if Path(variant["out"]).suffix == ".vrma":
+    if Path(variant["out"]).suffix.startswith(".vrm"):
         bpy.ops.preferences.addon_enable(module="io_scene_vrm")
     scene = bpy.context.scene
     scene.render.fps = variant["fps"]
@@ -132,6 +132,16 @@ def export(variant: dict, armature: bpy.types.Object) -> None:
         name_human_bones(armature)
         result = bpy.ops.export_scene.vrma(
             filepath=out, armature_object_name=armature.name, **variant["options"]
+        )
+    elif kind == ".vrm":
+        name_human_bones(armature)
+        result = bpy.ops.export_scene.vrm(
+            filepath=out,
+            armature_object_name=armature.name,
+            use_addon_preferences=False,
+            export_gltf_animations=True,
+            ignore_warning=True,
+            **variant["options"],
         )
     else:
         raise ValueError(f"no exporter for {kind}")

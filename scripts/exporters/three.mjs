@@ -69,8 +69,16 @@ function skinned(skeleton, armature) {
       ),
     );
   set("position", corners, 3);
-  set("skinIndex", holders.flatMap((bone) => [bone, 0, 0, 0]), 4);
-  set("skinWeight", holders.flatMap(() => [1, 0, 0, 0]), 4);
+  set(
+    "skinIndex",
+    holders.flatMap((bone) => [bone, 0, 0, 0]),
+    4,
+  );
+  set(
+    "skinWeight",
+    holders.flatMap(() => [1, 0, 0, 0]),
+    4,
+  );
   const mesh = new THREE.SkinnedMesh(geometry, new THREE.MeshStandardMaterial());
   mesh.name = "Skin";
   // The corners stand in the scene's metres, whatever the armature's scale.

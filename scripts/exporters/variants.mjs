@@ -1,0 +1,109 @@
+// What scripts/exporters.mjs makes: each variant is a file of one exporter.
+//
+// `exporter` is a key of EXPORTERS, `name` what the table says, `source` a motion of SOURCES, which
+// is also what the file is compared with. The rest goes to blender.py, three.mjs or gltfpack.
+// `misses` says why a file is not within the limit, or is refused: known, and checked to be so still.
+
+export const VERSIONS = {
+  bpy: "5.0.1",
+  vrm: "4.10.2",
+  numpy: "1.26.4",
+  three: "0.187.0",
+  gltfpack: "1.3.0",
+};
+
+/** Rates in keys a second and zero poses. */
+export const SOURCES = {
+  "t-24": [24, "t-pose"],
+  "t-30": [30, "t-pose"],
+  "t-60": [60, "t-pose"],
+  "t-120": [120, "t-pose"],
+  "a-120": [120, "a-pose"],
+};
+
+export const EXPORTERS = {
+  bvh: { title: `Blender ${VERSIONS.bpy}, BVH`, by: "blender", suffix: ".bvh" },
+  glb: { title: `Blender ${VERSIONS.bpy}, glTF`, by: "blender", suffix: ".glb" },
+  vrma: { title: `VRM add-on ${VERSIONS.vrm}, VRMA`, by: "blender", suffix: ".vrma" },
+  vrm: { title: `VRM add-on ${VERSIONS.vrm}, VRM 1.0`, by: "blender", suffix: ".vrm" },
+  three: { title: `three ${VERSIONS.three}, GLTFExporter`, by: "three", suffix: ".glb" },
+  gltfpack: { title: `gltfpack ${VERSIONS.gltfpack}`, by: "gltfpack", suffix: ".glb" },
+};
+
+const RATES = [24, 30, 60, 120];
+const MID = { current: 0.4 };
+
+/** For every exporter of Blender: rates, axes, sizes, and how the scene stands. */
+const blender = (exporter) => [
+  ...RATES.map((fps) => ({ exporter, name: `${fps} fps`, fps })),
+  { exporter, name: "axes of the source (+Y up in Blender)", keep_axes: true },
+  { exporter, name: "object of the armature turned by 90°", object_turns: true },
+  { exporter, name: "armature scaled by 0.01", object_scale: 0.01 },
+  { exporter, name: "armature scaled by 100", object_scale: 100 },
+  { exporter, name: "saved in mid-motion", ...MID },
+  {
+    exporter,
+    name: "saved in mid-motion, shown in its rest position",
+    ...MID,
+    pose_position: "REST",
+  },
+  { exporter, name: "rotations as quaternions", rotate_mode: "QUATERNION" },
+  { exporter, name: "drawn in an A-pose", source: "a-120" },
+];
+
+const glb = (name, more, options = {}) => ({ exporter: "glb", name, options, ...more });
+const packed = (name, flags, more = {}) => ({
+  exporter: "gltfpack",
+  name,
+  flags,
+  of: "glb: 60 fps",
+  ...more,
+});
+const three = (name, more) => ({ exporter: "three", name, ...more });
+
+export const VARIANTS = [
+  ...blender("bvh"),
+  {
+    exporter: "bvh",
+    name: "scale 100, root translation only",
+    options: { global_scale: 100, root_transform_only: true },
+  },
+  ...blender("glb"),
+  glb("+Z up", {}, { export_yup: false }),
+  glb("+Z up, saved in mid-motion", MID, { export_yup: false }),
+  glb("nodes at the current frame, in mid-motion", MID, { export_rest_position_armature: false }),
+  glb("current frame as object transforms", MID, { export_current_frame: true }),
+  glb("every second frame of 60 fps", {}, { export_frame_step: 2 }),
+  glb("without sampling", {}, { export_force_sampling: false }),
+  glb("bones flat under the armature", {}, { export_hierarchy_flatten_bones: true }),
+  glb("without the armature's object", {}, { export_armature_object_remove: true }),
+  glb("no skin", { has_skin: false }),
+  glb("no skin, in mid-motion", { has_skin: false, ...MID }),
+  glb(
+    "no skin, nodes at the current frame, in mid-motion",
+    { has_skin: false, ...MID },
+    { export_rest_position_armature: false },
+  ),
+  ...blender("vrma"),
+  ...blender("vrm"),
+  packed("`-kn`", ["-kn"]),
+  packed("`-kn -af 60`", ["-kn", "-af", "60"]),
+  packed("`-kn -af 24`", ["-kn", "-af", "24"]),
+  packed("`-kn -af 0`", ["-kn", "-af", "0"]),
+  packed("`-kn -noq`", ["-kn", "-noq"]),
+  packed("`-kn -ac -ar 16`", ["-kn", "-ac", "-ar", "16"]),
+  packed("`-kn`, armature scaled by 0.01", ["-kn"], { of: "glb: armature scaled by 0.01" }),
+  packed("`-kn`, saved in mid-motion", ["-kn"], { of: "glb: saved in mid-motion" }),
+  packed("`-kn`, of three's file", ["-kn"], { of: "three: 60 fps" }),
+  packed("`-kn -c`", ["-kn", "-c"]),
+  packed("without `-kn`", []),
+  ...RATES.map((fps) => three(`${fps} fps`, { source: `t-${fps}` })),
+  three("armature scaled by 0.01", { scale: 0.01 }),
+  three("armature scaled by 100", { scale: 100 }),
+  three("saved in mid-motion", MID),
+  three("drawn in an A-pose", { source: "a-120" }),
+].map((variant) => ({
+  source: variant.exporter === "three" ? "t-60" : "t-120",
+  fps: 60,
+  ...variant,
+}));
