@@ -1,6 +1,8 @@
-// node scripts/exporters.mjs: makes files of one motion with the exporters that people use, and
+// node scripts/exporters.mjs [WORD...]: makes files of one motion with the exporters that people use, and
 // shows how far the poses that are read from each are from the motion. Downloads some 400 MB of
 // pinned packages once, so it is no part of npm test. Needs Python 3.11 for Blender.
+// With words, only files whose exporter or variant holds one are made anew, the others compared as
+// they are.
 //
 // Ends badly where a file differs by more than 0.1 degrees that `misses` in
 // scripts/exporters/variants.mjs does not name, or where one that it names does not any more.
@@ -15,6 +17,10 @@ const OUT = join(FOLDER, "files");
 const PYTHON = join(FOLDER, `bpy-${VERSIONS.bpy}-${VERSIONS.vrm}`);
 const BODY = join(MODELS, "female", "body.glb");
 const LIMIT_DEGREES = 0.1;
+
+const words = process.argv.slice(2);
+const isWanted = (variant) =>
+  words.length === 0 || words.some((word) => key(variant).includes(word));
 
 const key = (variant) => `${variant.exporter}: ${variant.name}`;
 const fileOf = (variant) =>
@@ -44,7 +50,7 @@ async function install() {
 }
 
 async function makeSources() {
-  rmSync(OUT, { recursive: true, force: true });
+  for (const variant of VARIANTS.filter(isWanted)) rmSync(fileOf(variant), { force: true });
   mkdirSync(OUT, { recursive: true });
   const cargo = ["build", "-p", "dynaskin-motion", "--features", "amass", "--examples"];
   await run("cargo", cargo, { quiet: true });
@@ -55,9 +61,13 @@ async function makeSources() {
 
 /** Makes the files of one program, and gives what it says of those that it does not make. */
 async function make(by, program, args) {
-  const plan = VARIANTS.filter((variant) => EXPORTERS[variant.exporter].by === by).map(
-    (variant) => ({ ...variant, out: fileOf(variant), source: sourceFile(variant.source) }),
-  );
+  const plan = VARIANTS.filter(isWanted)
+    .filter((variant) => EXPORTERS[variant.exporter].by === by)
+    .map((variant) => ({
+      ...variant,
+      out: fileOf(variant),
+      source: sourceFile(variant.source),
+    }));
   const path = join(OUT, `${by}.json`);
   writeFileSync(path, JSON.stringify(plan));
   const failed = new Map();
@@ -72,7 +82,7 @@ async function make(by, program, args) {
 async function pack() {
   const failed = new Map();
   const program = join(FOLDER, "node_modules", "gltfpack", "cli.js");
-  for (const variant of VARIANTS.filter(({ exporter }) => exporter === "gltfpack")) {
+  for (const variant of VARIANTS.filter(isWanted).filter(({ of }) => of)) {
     const input = fileOf(VARIANTS.find((other) => key(other) === variant.of));
     const args = [program, "-i", input, "-o", fileOf(variant), ...variant.flags];
     const { status } = await run(process.execPath, args, { quiet: true, allowFailure: true });
@@ -84,39 +94,43 @@ async function pack() {
 /** Rows by file: `{ degrees, joint, rootMm, rateHz }`, or `{ refused }`. */
 async function compare() {
   const rows = new Map();
-  for (const source of Object.keys(SOURCES)) {
-    const files = VARIANTS.filter((variant) => variant.source === source).map(fileOf);
+  for (const control of Object.keys(SOURCES)) {
+    const made = VARIANTS.filter((variant) => variant.control === control).filter((variant) =>
+      existsSync(fileOf(variant)),
+    );
+    const files = made.map((variant) => (variant.named ? "named=" : "") + fileOf(variant));
     const onLine = (line) => {
       const [degrees, joint, , rootMm, rateHz, file] = line.split("\t");
-      rows.set(
-        file,
-        degrees === "refused" ? { refused: joint } : { degrees, joint, rootMm, rateHz },
-      );
+      const row = degrees === "refused" ? { refused: joint } : { degrees, joint, rootMm, rateHz };
+      rows.set(file, row);
     };
-    const args = [BODY, sourceFile(source), ...files.filter((file) => existsSync(file))];
+    const args = [BODY, sourceFile(control), ...files];
     await run(example("compare_motions"), args, { quiet: true, allowFailure: true, onLine });
   }
   return rows;
 }
 
-/** The table, and the variants that are not as `misses` has it. */
+/** Prints the table and why files miss; gives the variants that are not as `misses` has it. */
 function report(rows, failed) {
   const surprises = [];
-  say(
-    "| exporter | variant | keys/s | largest difference | joint | root |\n|---|---|---|---|---|---|",
-  );
+  const reasons = [];
+  say("| exporter | variant | keys/s | largest difference | joint | root |");
+  say("|---|---|---|---|---|---|");
   for (const variant of VARIANTS) {
     const file = fileOf(variant);
     const found = rows.get(file) ?? { refused: failed.get(file) ?? "no file was made" };
     const isSame = found.degrees <= LIMIT_DEGREES;
-    if (isSame === Boolean(variant.misses))
-      surprises.push(`${key(variant)}: ${found.refused ?? found.degrees}`);
+    if (isSame === Boolean(variant.misses)) {
+      surprises.push(`${key(variant)}: ${found.refused ?? `${found.degrees} degrees`}`);
+    }
     const cells = found.refused
       ? ["", "none", "", ""]
       : [(+found.rateHz).toFixed(0), `${found.degrees}°`, found.joint, `${found.rootMm} mm`];
-    const title = `${EXPORTERS[variant.exporter].title} | ${variant.name}`;
-    say(`| ${title} | ${cells.join(" | ")} |`);
+    const { title } = EXPORTERS[variant.exporter];
+    say(`| ${[title, variant.name, ...cells].join(" | ")} |`);
+    if (variant.misses) reasons.push(`- ${title}, ${variant.name}: ${variant.misses}.`);
   }
+  say(`\n${reasons.join("\n")}`);
   return surprises;
 }
 

@@ -139,6 +139,8 @@ def export(variant: dict, armature: bpy.types.Object) -> None:
             filepath=out,
             armature_object_name=armature.name,
             use_addon_preferences=False,
+            # Without the first one the second one counts for nothing.
+            enable_advanced_preferences=True,
             export_gltf_animations=True,
             ignore_warning=True,
             **variant["options"],

@@ -4,6 +4,8 @@
 //! cargo run -p dynaskin-motion --example compare_motions -- BODY.glb CONTROL FILE...
 //! ```
 //!
+//! `named=FILE` reads a file with every joint named by the caller as SMPL names it.
+//!
 //! Prints a line for each file: the largest rotation difference of a joint in degrees, the joint, the
 //! time in seconds, the largest distance of the root in millimetres, the file's keys a second and its
 //! name, with tabs between. A file and the control are compared at the keys of the one with fewer.
@@ -14,7 +16,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT};
-use dynaskin_motion::{Clip, MotionFile};
+use dynaskin_motion::{Clip, MotionFile, ReadOptions};
 use glam::{DQuat, Vec3};
 
 const LIMIT_DEGREES: f64 = 0.1;
@@ -27,10 +29,14 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     };
     let body = BodyModel::from_glb(&std::fs::read(body)?)?;
     let rest_m = body.shaped(&[0.0; SHAPE_COUNT]).joints_m;
-    let control = read(control, &rest_m)?.0;
+    let control = read(control, false, &rest_m)?.0;
     let mut all_same = true;
     for file in files {
-        match read(file, &rest_m) {
+        let (file, is_named) = match file.strip_prefix("named=") {
+            Some(file) => (file, true),
+            None => (file.as_str(), false),
+        };
+        match read(file, is_named, &rest_m) {
             Ok((clip, notes)) => {
                 let found = Difference::new(&clip, &control);
                 all_same &= found.degrees <= LIMIT_DEGREES;
@@ -55,8 +61,18 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(ExitCode::from(u8::from(!all_same)))
 }
 
-fn read(path: &str, rest_m: &[Vec3; JOINT_COUNT]) -> Result<(Clip, Vec<String>), Box<dyn Error>> {
-    let found = MotionFile::parse(&std::fs::read(path)?)?.clip(rest_m)?;
+fn read(
+    path: &str,
+    is_named: bool,
+    rest_m: &[Vec3; JOINT_COUNT],
+) -> Result<(Clip, Vec<String>), Box<dyn Error>> {
+    let mut options = ReadOptions::default();
+    if is_named {
+        for joint in Joint::ALL {
+            options.name_joint(joint.name(), joint.name())?;
+        }
+    }
+    let found = MotionFile::parse_with(&std::fs::read(path)?, &options)?.clip(rest_m)?;
     Ok((found.clip, found.notes))
 }
 
