@@ -35,6 +35,9 @@ const RATES = [24, 30, 60, 120];
 const NO_MOTION =
   "the exporter writes the pose that is shown, which is the rest pose in all frames";
 const LYING = "the add-on's T-pose is one for people that stand along +Z";
+const REMOVED =
+  "the animation of the root stays in the space of the armature that is not exported (findings/blender-gltf-remove-armature.sh)";
+const T_POSE = "the add-on's T-pose straightens the legs and rolls the feet with them";
 const EULER =
   "the exporter takes Euler angles of every order for XYZ (findings/blender-gltf-euler-order.sh)";
 const FLAT = "refused: without a tree names alone do not say which joint is which";
@@ -98,19 +101,28 @@ export const VARIANTS = [
     { export_hierarchy_flatten_bones: true },
   ),
   glb("without the armature's object", {}, { export_armature_object_remove: true }),
-  glb("no skin", { has_skin: false }),
-  glb("no skin, in mid-motion", { has_skin: false, ...MID }),
   glb(
-    "no skin, nodes at the current frame, in mid-motion",
+    "without the armature's object, scaled by 0.01",
+    { object_scale: 0.01, misses: REMOVED },
+    { export_armature_object_remove: true },
+  ),
+  glb("armature without a mesh", { has_skin: false }),
+  glb("armature without a mesh, in mid-motion", { has_skin: false, ...MID }),
+  glb(
+    "armature without a mesh, nodes at the current frame, in mid-motion",
     { has_skin: false, ...MID },
     { export_rest_position_armature: false },
   ),
   ...blender("vrma", {
     "+Y up in Blender": LYING,
-    "drawn in an A-pose": "the add-on's T-pose straightens the legs and rolls the feet with them",
+    "drawn in an A-pose": T_POSE,
   }),
   ...blender("vrm", {
     "+Y up in Blender": LYING,
+    "armature turned by 90°": REMOVED,
+    "armature scaled by 0.01": REMOVED,
+    "armature scaled by 100": REMOVED,
+    "drawn in an A-pose": T_POSE,
   }),
   packed("`-kn`", ["-kn"]),
   packed("`-kn -af 60`", ["-kn", "-af", "60"]),
