@@ -1,6 +1,6 @@
 //! Motion files of any kind, told apart by their first bytes.
 
-use dynaskin_body::JOINT_COUNT;
+use dynaskin_body::{JOINT_COUNT, Pose};
 use glam::Vec3;
 
 use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, ReadOptions, retarget};
@@ -90,6 +90,10 @@ impl MotionFile {
             #[cfg(feature = "amass")]
             Self::Amass(motion) => (motion.clip(joints_rest_m), None),
         };
+        // Of glTF files this is said with the choice among their animations.
+        if !matches!(self, Self::Gltf(_)) && is_still(&clip) {
+            notes.push("nothing moves in the file: every frame is the same pose".to_owned());
+        }
         notes.extend(jumps_note(&clip));
         if let Some(report) = &report {
             notes.extend(report.notes.iter().cloned());
@@ -117,6 +121,22 @@ pub struct FileClip {
     /// What the file did not say or lacks, what was found other than usual, and what was made of it: a
     /// sentence each. The report has the same.
     pub notes: Vec<String>,
+}
+
+/// Whether several frames are all the same pose: files saved while the rest pose is shown.
+fn is_still(clip: &Clip) -> bool {
+    const SAME: f64 = 1e-6;
+    let [first, others @ ..] = &clip.frames[..] else {
+        return false;
+    };
+    let is_same = |pose: &Pose| {
+        let turns = pose.parent_from_joint.iter().zip(&first.parent_from_joint);
+        pose.root_translation_m.distance(first.root_translation_m) < SAME
+            && turns
+                .into_iter()
+                .all(|(turn, same)| (turn.inverse() * *same).xyz().length() < SAME)
+    };
+    !others.is_empty() && others.iter().all(is_same)
 }
 
 /// What is to be said of the places where the body jumps.
