@@ -19,11 +19,11 @@ const INTERVAL_WEIGHT: f64 = 0.005;
 const WEIGHT: f64 = 0.02;
 
 /// What is left of what was known of how poses follow, after every step.
-const MEMORY: f64 = 0.99;
+const MEMORY: f64 = 0.995;
 
-/// Less motion than this tells nothing, in rad²: a joint at 2 rad/s in eight steps that are a millisecond
+/// Less motion than this tells nothing, in rad²: a joint at 2 rad/s in sixteen steps that are a millisecond
 /// longer.
-const LEAST_MOTION: f64 = 3e-5;
+const LEAST_MOTION: f64 = 6e-5;
 
 /// Rates of displays, in Hz, and how near the mean interval has to be to one, as a share.
 const USUAL_HZ: [f64; 9] = [60.0, 72.0, 75.0, 90.0, 100.0, 120.0, 144.0, 165.0, 240.0];
@@ -35,9 +35,10 @@ const OTHERS: u32 = 12;
 /// Steps before anything is decided.
 const FIRST: u32 = 24;
 
-/// Share of the unevenness that poses follow below which they do not follow it, and above which they
-/// do.
-const FOLLOWS: (f64, f64) = (0.35, 0.65);
+/// Poses that follow the unevenness by more than this share go by the steps that were measured; how many
+/// standard deviations off it the share must be.
+const HALF: f64 = 0.5;
+const SURE: f64 = 2.0;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FrameClock {
@@ -49,8 +50,9 @@ pub(crate) struct FrameClock {
     debt: f64,
     /// The last four steps of the body, newest last, with their seconds.
     steps: [Option<(Step, f64)>; 4],
-    /// Sums of how far poses follow measured steps: covariance and variance.
-    follows: (f64, f64),
+    /// Sums of how far poses follow measured steps: covariance, variance, squares of what was added to the
+    /// first.
+    follows: (f64, f64, f64),
     snaps: bool,
     /// Steps in a row that are no multiple of the interval.
     others: u32,
@@ -112,9 +114,16 @@ impl FrameClock {
 
     /// Whether poses go by the display and not by the steps that were measured.
     fn follows_display(&self) -> bool {
-        let (both, own) = self.follows;
-        let limit = if self.snaps { FOLLOWS.1 } else { FOLLOWS.0 };
-        own > LEAST_MOTION && both < limit * own
+        let (both, own, squares) = self.follows;
+        if own <= LEAST_MOTION {
+            return false;
+        }
+        let (share, deviation) = (both / own, squares.sqrt() / own);
+        if self.snaps {
+            share - SURE * deviation < HALF
+        } else {
+            share + SURE * deviation < HALF
+        }
     }
 
     /// How far the middle of five steps is off its neighbours, against how much longer it was measured
@@ -138,6 +147,7 @@ impl FrameClock {
             self.follows = (
                 MEMORY * self.follows.0 + both,
                 MEMORY * self.follows.1 + own,
+                MEMORY * MEMORY * self.follows.2 + both * both,
             );
         }
         self.steps.rotate_left(1);

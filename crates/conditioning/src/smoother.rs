@@ -84,8 +84,9 @@ const GAUGE_WEIGHT: f64 = 0.08;
 /// radians.
 const STANDS: (f64, f64) = (0.015, 0.07);
 
-/// How many times the noise's own second differences are taken off where the body stands still.
-const CALM: f64 = 3.0;
+/// How many times the noise's own second differences are taken off where the body moves, and where it
+/// stands still.
+const TAKEN: (f64, f64) = (0.5, 3.0);
 
 /// Poses for which the body must stand before its noise is measured.
 const STOOD: u32 = 8;
@@ -162,7 +163,7 @@ impl Smoother {
             let seconds = 0.5 * (time - t0);
             // Poses at uneven times: the middle one against the line through its neighbours.
             let u = (t1 - t0) / (time - t0);
-            let taken = 1.0 + (CALM - 1.0) * calm;
+            let taken = TAKEN.0 + (TAKEN.1 - TAKEN.0) * calm;
             for group in 0..GROUPS {
                 let (from, to) = steps(first, second, pose, group);
                 let bend = 2.0 * ((1.0 - u) * from - u * to);

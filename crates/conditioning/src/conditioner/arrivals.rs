@@ -10,6 +10,9 @@ use crate::smoother::Smoother;
 /// Longest time for which a pose that repeats is waited for while no interval is known, in seconds.
 const FIRST_WAIT_SECONDS: f64 = 0.04;
 
+/// Poses are held where another one was within this time, in seconds.
+const AGAIN_SECONDS: f64 = 0.3;
+
 impl Conditioner {
     /// A new pose, `step` after the one before; whether the body jumped to it.
     pub(super) fn arrive(&mut self, pose: &Pose, step: Step) -> bool {
@@ -124,9 +127,13 @@ impl Conditioner {
             is_sudden_stop(before, (step, *seconds))
         });
         if !self.engaged && moved_lately && fast {
-            // Held: the playhead stays at the last pose until the next one is there.
-            self.engaged = true;
-            self.clock = None;
+            // One alone may be a stop, as of keys joined by straight lines.
+            if self.now - self.held < AGAIN_SECONDS {
+                // The playhead stays at the last pose until the next one is there.
+                self.engaged = true;
+                self.clock = None;
+            }
+            self.held = self.now;
         }
         let missing = self.now - self.arrived;
         if let Some(clock) = &mut self.clock {

@@ -100,6 +100,8 @@ pub struct Conditioner {
     clock: Option<SourceClock>,
     engaged: bool,
     last_repeat: Option<f64>,
+    /// When a pose last seemed to be held.
+    held: f64,
     path: VecDeque<Knot>,
     smoother: Option<Smoother>,
     playhead: f64,
@@ -186,6 +188,7 @@ impl Conditioner {
             clock: None,
             engaged: false,
             last_repeat: None,
+            held: f64::NEG_INFINITY,
             path: VecDeque::new(),
             smoother: None,
             playhead: 0.0,
