@@ -110,28 +110,55 @@ async function compare() {
   return rows;
 }
 
-/** Prints the table and why files miss; gives the variants that are not as `misses` has it. */
+/** Prints the tables and why files miss; gives the variants that are not as `misses` has it. */
 function report(rows, failed) {
-  const surprises = [];
-  const reasons = [];
-  say("| exporter | variant | keys/s | largest difference | joint | root |");
-  say("|---|---|---|---|---|---|");
-  for (const variant of VARIANTS) {
+  const results = VARIANTS.map((variant) => {
     const file = fileOf(variant);
     const found = rows.get(file) ?? { refused: failed.get(file) ?? "no file was made" };
-    const isSame = found.degrees <= LIMIT_DEGREES;
-    if (isSame === Boolean(variant.misses)) {
-      surprises.push(`${key(variant)}: ${found.refused ?? `${found.degrees} degrees`}`);
-    }
-    const cells = found.refused
-      ? ["", "none", "", ""]
-      : [(+found.rateHz).toFixed(0), `${found.degrees}°`, found.joint, `${found.rootMm} mm`];
-    const { title } = EXPORTERS[variant.exporter];
-    say(`| ${[title, variant.name, ...cells].join(" | ")} |`);
-    if (variant.misses) reasons.push(`- ${title}, ${variant.name}: ${variant.misses}.`);
+    return { ...variant, ...found, isSame: found.degrees <= LIMIT_DEGREES };
+  });
+  printTables(results);
+  say();
+  for (const { exporter, name, misses } of results.filter((result) => result.misses)) {
+    say(`- ${EXPORTERS[exporter].title}, ${name}: ${misses}.`);
   }
-  say(`\n${reasons.join("\n")}`);
-  return surprises;
+  const apart = results.filter((result) => result.isSame).map((result) => +result.rootMm);
+  say(`\nRoots of files within the limit: at most ${Math.max(0, ...apart)} mm apart.`);
+  return results
+    .filter((result) => result.isSame === Boolean(result.misses))
+    .map((result) => {
+      const found = `${result.degrees} degrees (${result.joint}), root ${result.rootMm} mm`;
+      return `${key(result)}: ${result.refused ?? found}`;
+    });
+}
+
+/** What several exporters have, beside each other; then what only one has. */
+function printTables(results) {
+  const cell = (result) => {
+    if (!result) return "";
+    return result.refused ? "none" : `${(+result.degrees).toFixed(3)}°`;
+  };
+  const line = (cells) => say(`| ${cells.join(" | ")} |`);
+  const byName = new Map();
+  for (const result of results) {
+    byName.set(result.name, [...(byName.get(result.name) ?? []), result]);
+  }
+  const several = [...byName.values()].filter((group) => group.length > 1);
+  const columns = Object.keys(EXPORTERS).filter((exporter) =>
+    several.some((group) => group.some((result) => result.exporter === exporter)),
+  );
+  line(["variant", ...columns.map((exporter) => EXPORTERS[exporter].title)]);
+  line(["---", ...columns.map(() => "---")]);
+  for (const group of several) {
+    const of = (exporter) => group.find((result) => result.exporter === exporter);
+    line([group[0].name, ...columns.map((exporter) => cell(of(exporter)))]);
+  }
+  say();
+  line(["exporter", "variant", "largest difference"]);
+  line(["---", "---", "---"]);
+  for (const [result] of [...byName.values()].filter((group) => group.length === 1)) {
+    line([EXPORTERS[result.exporter].title, result.name, cell(result)]);
+  }
 }
 
 main(async () => {

@@ -12,7 +12,6 @@
 //! A file that is refused has `refused` and the error. The exit code is 1 where a file is refused or
 //! differs by more than 0.1 degrees.
 
-// A tool of the command line prints.
 #![allow(clippy::print_stdout)]
 
 use std::error::Error;

@@ -7,8 +7,8 @@ use dynaskin_motion::MotionFile;
 
 fn notes(frames: &[Vec<f64>]) -> Vec<String> {
     let text = source_bvh(&MIXAMO, 1.0, frames);
-    let file = MotionFile::parse(text.as_bytes()).unwrap();
-    file.clip(&female_joints_m()).unwrap().notes
+    let file = MotionFile::parse(text.as_bytes()).expect("a BVH file");
+    file.clip(&female_joints_m()).expect("a person").notes
 }
 
 fn says_still(frames: &[Vec<f64>]) -> bool {
