@@ -51,7 +51,7 @@ impl PoseSource {
                 root_noise_m_rad: 0.23,
                 joint_noise_rad: (0.02_f64.to_radians(), 0.8_f64.to_radians()),
                 stillness: 1.0,
-                lag: 0.5,
+                lag: 0.44,
                 alertness: 0.35,
                 trust: 1.0,
             }),
