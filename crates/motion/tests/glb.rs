@@ -66,6 +66,26 @@ fn a_glb_moves_the_body_as_the_bvh_it_was_made_of() {
     }
 }
 
+#[test]
+fn keys_in_another_unit_than_the_nodes_are_said() {
+    let notes = |factor: f64| {
+        let mut file = GlbFile::new(&bvh(), Storage::Float);
+        let rest = file.json["nodes"][0]["translation"].as_array_mut();
+        for number in rest.expect("three numbers") {
+            // The motion holds the pelvis at twice its offset.
+            *number = json!(2.0 * factor * number.as_f64().expect("a number"));
+        }
+        let motion = GltfMotion::parse(&file.bytes()).expect("the test's file is right");
+        motion.notes().join("; ")
+    };
+    // As the pelvis of an armature that is scaled by 0.01 and left out.
+    assert!(notes(0.01).contains("`mixamorig:Hips` have it 100 times as far as it rests"));
+    assert!(notes(100.0).contains("100 times as near"));
+    for usual in [1.0, 0.7, 3.0, 0.0] {
+        assert!(!notes(usual).contains("times as"), "{usual}");
+    }
+}
+
 /// Bones of VRM in the order of the BVH's joints.
 const VRM_BONES: [&str; 22] = [
     "hips",

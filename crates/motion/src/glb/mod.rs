@@ -10,6 +10,7 @@ mod humanoid;
 mod nodes;
 mod rest;
 mod track;
+mod unit;
 
 use dynaskin_body::{JOINT_COUNT, Joint};
 use dynaskin_glb::{Document, GlbError};
@@ -24,6 +25,7 @@ use animations::{animations, chosen, key_rate_hz, moving, what_was_chosen};
 use nodes::{Local, Node};
 use rest::bound;
 use track::Track;
+use unit::unit_note;
 
 /// An animation of a binary glTF file, sampled at the rate of its keyframes where they stand at equal
 /// steps longer than a tick, else at 60 Hz.
@@ -125,6 +127,7 @@ impl GltfMotion {
                 _ => {}
             }
         }
+        notes.extend(unit_note(&joints));
         let tracks = || {
             joints.iter().flat_map(|joint| {
                 [&joint.rotation, &joint.translation, &joint.scale]
