@@ -86,7 +86,7 @@ const STANDS: (f64, f64) = (0.015, 0.07);
 
 /// How many times the noise's own second differences are taken off where the body moves, and where it
 /// stands still.
-const TAKEN: (f64, f64) = (0.5, 3.0);
+const TAKEN: (f64, f64) = (0.5, 4.0);
 
 /// Poses for which the body must stand before its noise is measured.
 const STOOD: u32 = 8;
