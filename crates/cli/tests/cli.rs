@@ -212,7 +212,7 @@ fn what_is_missing_is_named() {
     );
     let read = mocap(&["--joint", "left_hip=LThigh", "--rate", "30"]);
     assert!(
-        read.contains("walk") && read.contains("BVH ends at line 2"),
+        read.contains("walk") && read.contains("BVH line 2"),
         "{read}"
     );
     fs::remove_file(folder.path().join("walk.bvh")).unwrap();
