@@ -207,6 +207,21 @@ pub enum MotionError {
         /// Largest accepted count.
         limit: usize,
     },
+    /// Frames times joints are more than a page can evaluate while its user waits.
+    #[error(
+        "{frames} frames of {joints} joints are {} million rotations, at most {} million are accepted; \
+         shorten the animation, lower its rate or leave out nodes that no person needs",
+        frames * joints / 1_000_000,
+        limit / 1_000_000
+    )]
+    TooMuch {
+        /// Frames of the clip.
+        frames: usize,
+        /// Nodes of the file that stand among the joints.
+        joints: usize,
+        /// Largest accepted product.
+        limit: usize,
+    },
     /// A ballistic flight of that height takes longer than the tempo leaves.
     #[error(
         "{motion}: a flight of {height_m} m lasts {flight_seconds:.2} s and does not fit a tempo of \

@@ -6,7 +6,7 @@ use common::glb::{GlbFile, Storage};
 use common::{MIXAMO, female_joints_m, source_bvh};
 use dynaskin_body::Joint;
 use dynaskin_motion::{
-    Bvh, Clip, FileClip, GltfMotion, JointReport, MotionFile, SourceMotion, retarget,
+    Bvh, Clip, FileClip, GltfMotion, JointReport, MotionError, MotionFile, SourceMotion, retarget,
 };
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -290,6 +290,23 @@ fn what_cannot_be_played_is_refused_with_its_place() {
     let mut cut = GlbFile::new(&bvh, Storage::Float).bytes();
     cut.truncate(300);
     assert!(GltfMotion::parse(&cut).is_err());
+}
+
+#[test]
+fn a_small_file_of_great_length_and_many_nodes_is_refused_at_once() {
+    let mut file = GlbFile::new(&bvh(), Storage::Float);
+    // The last key comes after 53 minutes; the times are the first accessor.
+    let keys = file.json["accessors"][0]["count"].as_u64().expect("keys") as usize;
+    file.binary[4 * (keys - 1)..4 * keys].copy_from_slice(&3_200.0_f32.to_le_bytes());
+    let nodes = file.json["nodes"].as_array_mut().expect("nodes");
+    let first = nodes.len();
+    nodes.extend((0..400).map(|idx| json!({ "name": format!("leaf {idx}") })));
+    let leaves = (first..first + 400).map(|node| json!(node));
+    let children = nodes[0]["children"].as_array_mut().expect("children");
+    children.extend(leaves);
+    let error = GltfMotion::parse(&file.bytes()).expect_err("too much");
+    assert!(matches!(error, MotionError::TooMuch { .. }), "{error}");
+    assert!(error.to_string().contains("at most 20 million"), "{error}");
 }
 
 #[test]

@@ -89,6 +89,12 @@ export interface JointReport {
   notes: string[];
 }
 
+/** Most poses of a motion, as in the core: 55 minutes at 60 Hz. */
+const MAX_POSES = 200_000;
+
+/** Largest motion file in bytes. */
+const MAX_FILE_BYTES = 256 * 2 ** 20;
+
 /**
  * A clip of poses for one body, resampled to 60 Hz. Made for an avatar's present shape: after a
  * change of shape, make it again, or feet leave the floor.
@@ -220,6 +226,14 @@ export class Motion {
     if (!(poses instanceof Float64Array)) {
       throw new DynaSkinError("argument", "fromPoses takes a Float64Array of 99 numbers a pose.");
     }
+    // Counted here: the core's memory, once grown for a copy, never shrinks again.
+    if (poses.length > MAX_POSES * POSE_LENGTH) {
+      const count = Math.floor(poses.length / POSE_LENGTH);
+      throw new DynaSkinError(
+        "motion",
+        `There are ${count} poses; at most ${MAX_POSES} are taken.`,
+      );
+    }
     checkNumber("rateHz", rateHz);
     checkAvatar(avatar);
     const raw = guard(() => avatar.raw.motionFromPoses(`${name}`, poses, rateHz));
@@ -228,7 +242,7 @@ export class Motion {
 
   /**
    * Writes the pose at a time into `out` and returns it. Times outside the motion give its first or
-   * last pose; between frames, rotations are interpolated on the sphere.
+   * last pose; between frames the motion is smooth.
    *
    * @throws DynaSkinError `argument` for an `out` of the wrong type or length
    */
@@ -258,6 +272,13 @@ function bytesOf(what: string, file: ArrayBuffer | Uint8Array): Uint8Array {
   if (!(file instanceof Uint8Array || file instanceof ArrayBuffer)) {
     const message = `${what} takes the bytes of a file as an ArrayBuffer or a Uint8Array.`;
     throw new DynaSkinError("argument", message);
+  }
+  // Before it is copied into the core's memory, which never shrinks again.
+  if (file.byteLength > MAX_FILE_BYTES) {
+    const [size, limit] = [file.byteLength, MAX_FILE_BYTES].map((bytes) =>
+      Math.ceil(bytes / 2 ** 20),
+    );
+    throw new DynaSkinError("motion", `The file has ${size} MiB; at most ${limit} MiB are read.`);
   }
   if (file instanceof Uint8Array) return file;
   try {

@@ -56,6 +56,10 @@ struct AnimatedJoint {
     scale: Option<Track>,
 }
 
+/// Most frames times joints: half an hour at 60 Hz of a rig of 180 joints. Two keys an hour apart and
+/// thousands of nodes fit into a file of a hundred kilobytes.
+const MAX_ROTATIONS: usize = 20_000_000;
+
 impl GltfMotion {
     /// The animations of a file, in its order.
     ///
@@ -148,10 +152,18 @@ impl GltfMotion {
                 limit: MAX_CLIP_FRAMES,
             });
         }
+        // A last frame that rounding puts a hair before its sample belongs to it.
+        let frame_count = (frames + 1e-2).floor().max(1.0) as usize;
+        if frame_count.saturating_mul(joints.len()) > MAX_ROTATIONS {
+            return Err(MotionError::TooMuch {
+                frames: frame_count,
+                joints: joints.len(),
+                limit: MAX_ROTATIONS,
+            });
+        }
         Ok(Self {
             animation_name: animation.name.clone().unwrap_or_default(),
-            // A last frame that rounding puts a hair before its sample belongs to it.
-            frame_count: (frames + 1e-2).floor().max(1.0) as usize,
+            frame_count,
             rate_hz,
             named,
             start_seconds,
