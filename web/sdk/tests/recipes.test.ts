@@ -1,13 +1,17 @@
 // The code of the pages in docs/recipes, run as it stands there.
 import { mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
-import { type Avatar, Motion, type Pose, restPose } from "dynaskin";
+import { type Avatar, JOINT_NAMES, type JointName, Motion, type Pose, restPose } from "dynaskin";
+import oscModule from "osc-js";
+import { Matrix4, Vector3 } from "three";
 import { afterAll, describe, expect, it } from "vitest";
 import { largestOffset, loadModel } from "./support.js";
 
 const PAGES = new URL("../../../docs/recipes/", import.meta.url);
 const EXTRACTED = new URL("../../../test-results/recipes/", import.meta.url);
 const TICK = 1 / 60;
+// The package's types take its class for a module's default.
+const OSC = oscModule as unknown as typeof oscModule.default;
 const model = await loadModel();
 
 afterAll(() => model.dispose());
@@ -15,7 +19,7 @@ afterAll(() => model.dispose());
 /** The only block of code of a page. */
 function codeOf(name: string): string {
   const page = readFileSync(new URL(`${name}.md`, PAGES), "utf8");
-  const blocks = [...page.matchAll(/^```js\n([^]*?)^```$/gm)].map(([, code = ""]) => code);
+  const blocks = [...page.matchAll(/^```js\n([\s\S]*?)^```$/gm)].map(([, code = ""]) => code);
   expect(blocks.length, `blocks of code in ${name}.md`).toBe(1);
   return blocks[0] ?? "";
 }
@@ -58,6 +62,19 @@ class Shaking {
   get rmsM(): number {
     return Math.sqrt(this.#squares / Math.max(1, this.#count));
   }
+}
+
+/** Where a joint is in the world, metres. */
+function jointAt(avatar: Avatar, name: JointName): Vector3 {
+  const joint = JOINT_NAMES.indexOf(name);
+  const worldFromRest = new Matrix4().fromArray(avatar.skinMatrices, 16 * joint);
+  return new Vector3().fromArray(avatar.restJointsM(), 3 * joint).applyMatrix4(worldFromRest);
+}
+
+/** Degrees between the line from one joint to another and a direction in the world. */
+function degreesOff(avatar: Avatar, from: JointName, to: JointName, direction: number[]): number {
+  const line = jointAt(avatar, to).sub(jointAt(avatar, from));
+  return (line.angleTo(new Vector3(...direction)) * 180) / Math.PI;
 }
 
 /** Evenly spread numbers from 0 to 1, the same in every run. */
@@ -147,5 +164,117 @@ describe("network-avatar", async () => {
     frame(TICK);
     expect(avatar.skinMatrices).not.toEqual(before);
     avatar.dispose();
+  });
+});
+
+describe("vmc", async () => {
+  const { vmcAvatar } = await recipe<{
+    vmcAvatar(model: unknown, osc: unknown, hipsHeightM: number): { avatar: Avatar; pose: Pose };
+  }>("vmc");
+  const [IDENTITY, HIPS_M] = [[0, 0, 0, 1], 1.1];
+  const LIMBS = ["UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand"];
+
+  /** A plugin of osc-js into which the bytes of a datagram are put. */
+  function receiver() {
+    let notify: (bytes: Uint8Array) => void = () => {};
+    const plugin = {
+      registerNotify(callback: typeof notify) {
+        notify = callback;
+      },
+      open() {},
+    };
+    const osc = new OSC({ plugin } as unknown as ConstructorParameters<typeof OSC>[0]);
+    const send = (bones: Record<string, number[]>) => {
+      const messages = Object.entries(bones).map(([name, numbers]) => {
+        const message = new OSC.Message(`/VMC/Ext/${name === "root" ? "Root" : "Bone"}/Pos`);
+        message.add(name);
+        for (const value of numbers) {
+          message.types += "f";
+          message.args.push(value);
+        }
+        return message;
+      });
+      const bundle = new OSC.Bundle(messages);
+      bundle.timestamp(0); // "at once": senders do not date their bundles
+      notify(bundle.pack());
+    };
+    return { osc, send };
+  }
+
+  /** An avatar to which this was sent, a quaternion or place and quaternion by bone. */
+  function sent(bones: Record<string, number[]>) {
+    const { osc, send } = receiver();
+    const { avatar, pose } = vmcAvatar(model, osc, HIPS_M);
+    // As programs do, all of it is sent, turned or not.
+    const unturned = LIMBS.flatMap((name) => [`Left${name}`, `Right${name}`]);
+    const whole = {
+      root: IDENTITY,
+      Hips: [0, HIPS_M, 0, ...IDENTITY],
+      ...Object.fromEntries(unturned.map((name) => [name, IDENTITY])),
+      ...bones,
+    };
+    send(
+      Object.fromEntries(
+        Object.entries(whole).map(([name, n]) => [name, n.length === 4 ? [0, 0, 0, ...n] : n]),
+      ),
+    );
+    avatar.step(pose, 0);
+    return { avatar, pose, send };
+  }
+  const about = (axis: 0 | 1 | 2, degrees: number) => {
+    const half = (degrees * Math.PI) / 360;
+    const turn = [0, 0, 0, Math.cos(half)];
+    turn[axis] = Math.sin(half);
+    return turn;
+  };
+
+  it("stands in a T where no bone is turned", () => {
+    const { avatar } = sent({});
+    expect(degreesOff(avatar, "left_shoulder", "left_elbow", [1, 0, 0])).toBeLessThan(1);
+    expect(degreesOff(avatar, "right_elbow", "right_wrist", [-1, 0, 0])).toBeLessThan(1);
+    expect(degreesOff(avatar, "left_knee", "left_ankle", [0, -1, 0])).toBeLessThan(1);
+    expect(jointAt(avatar, "pelvis").y).toBeCloseTo(avatar.restJointsM()[1] ?? 0, 5);
+  });
+
+  it("takes Unity's left-handed turns as they are meant", () => {
+    // A positive turn about z lowers Unity's left arm, about x bends a knee backwards.
+    const { avatar } = sent({
+      LeftUpperArm: about(2, 90),
+      RightLowerArm: about(1, 60),
+      RightLowerLeg: about(0, 60),
+      Chest: about(1, 30),
+    });
+    // The chest turns to its right, and the arms with it.
+    const [cos, sin] = [Math.cos(Math.PI / 6), Math.sin(Math.PI / 6)];
+    expect(degreesOff(avatar, "left_shoulder", "left_elbow", [0, -1, 0])).toBeLessThan(1);
+    expect(degreesOff(avatar, "right_shoulder", "right_elbow", [-cos, 0, -sin])).toBeLessThan(1);
+    expect(degreesOff(avatar, "right_elbow", "right_wrist", [0, 0, -1])).toBeLessThan(1);
+    expect(degreesOff(avatar, "right_knee", "right_ankle", [0, -0.5, -cos])).toBeLessThan(1);
+  });
+
+  it("puts the hips where root and hips say, in this body's size", () => {
+    // The root 2 m to Unity's right, turned to its own left.
+    const { avatar } = sent({ root: [2, 0, 0, ...about(1, -90)], Hips: [0, 0.55, 1, ...IDENTITY] });
+    const height = avatar.restJointsM()[1] ?? 0;
+    const scale = height / HIPS_M;
+    const pelvis = jointAt(avatar, "pelvis");
+    // Ahead is now Unity's left, which is our +x.
+    expect(pelvis.distanceTo(new Vector3(-2 * scale + scale, height / 2, 0))).toBeLessThan(1e-5);
+    const hips = jointAt(avatar, "left_hip").sub(jointAt(avatar, "right_hip"));
+    expect(hips.angleTo(new Vector3(0, 0, -1))).toBeLessThan(0.02);
+  });
+
+  it("moves the tissue of somebody who bounces, and lets it rest after", () => {
+    const { avatar, pose, send } = sent({});
+    const [moving, still] = [new Shaking(avatar), new Shaking(avatar)];
+    for (let tick = 1; tick < 300; tick += 1) {
+      const bounceM = tick < 150 ? 0.06 * Math.sin((tick / 60) * 2 * Math.PI * 2.5) : 0;
+      send({ Hips: [0, HIPS_M + bounceM, 0, ...IDENTITY] });
+      avatar.step(pose, TICK);
+      if (tick < 150) moving.watch();
+      if (tick > 270) still.watch();
+    }
+    expect(moving.largestM).toBeGreaterThan(0.005);
+    expect(still.rmsM).toBeLessThan(1e-5);
   });
 });
