@@ -36,7 +36,8 @@ async function unpack(crates) {
   mkdirSync(UNPACKED, { recursive: true });
   for (const { name, version } of crates) {
     const file = join(PACKED, "package", `${name}-${version}.crate`);
-    await run("tar", ["-xzf", file, "-C", UNPACKED], { quiet: true });
+    // Packed files have one old date, by which cargo would take changed sources for built ones.
+    await run("tar", ["-xzmf", file, "-C", UNPACKED], { quiet: true });
     for (const needed of ["Cargo.toml", "README.md", "src/lib.rs"]) {
       if (existsSync(join(UNPACKED, `${name}-${version}`, needed))) continue;
       throw new Error(`The package of ${name} lacks ${needed}.`);

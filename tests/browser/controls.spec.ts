@@ -137,9 +137,8 @@ const DIALOGS: [open: string, name: string][] = [
   ["Link to this view", "Copy it by hand"],
 ];
 
-test("every dialog closes by its button, by Escape and by a click beside it", async ({
-  reused: page,
-}) => {
+// In a page of its own: a script that runs before a page's own does so only where a page is loaded.
+test("every dialog closes by its button, by Escape and by a click beside it", async ({ page }) => {
   await page.addInitScript(() => {
     Object.defineProperty(navigator, "clipboard", { value: undefined });
   });
