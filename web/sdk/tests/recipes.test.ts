@@ -1,90 +1,26 @@
-// The code of the pages in docs/recipes, run as it stands there.
-import { mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
-import { fileURLToPath } from "node:url";
-import { type Avatar, JOINT_NAMES, type JointName, Motion, type Pose, restPose } from "dynaskin";
+// The recipes for poses that come as messages, and what all recipes have in common.
+import { readdirSync } from "node:fs";
+import { type Avatar, Motion, type Pose, restPose } from "dynaskin";
 import oscModule from "osc-js";
-import { Matrix4, Quaternion, Vector3 } from "three";
+import { Vector3 } from "three";
 import { afterAll, describe, expect, it } from "vitest";
-import { largestOffset, loadModel } from "./support.js";
+import {
+  codeOf,
+  degreesOff,
+  jointAt,
+  PAGES,
+  randomNumbers,
+  recipe,
+  Shaking,
+  TICK,
+} from "./recipe-support.js";
+import { loadModel } from "./support.js";
 
-const PAGES = new URL("../../../docs/recipes/", import.meta.url);
-const EXTRACTED = new URL("../../../test-results/recipes/", import.meta.url);
-const TICK = 1 / 60;
 // The package's types take its class for a module's default.
 const OSC = oscModule as unknown as typeof oscModule.default;
 const model = await loadModel();
 
 afterAll(() => model.dispose());
-
-/** The only block of code of a page. */
-function codeOf(name: string): string {
-  const page = readFileSync(new URL(`${name}.md`, PAGES), "utf8");
-  const blocks = [...page.matchAll(/^```js\n([\s\S]*?)^```$/gm)].map(([, code = ""]) => code);
-  expect(blocks.length, `blocks of code in ${name}.md`).toBe(1);
-  return blocks[0] ?? "";
-}
-
-/** What the code of a page exports. */
-async function recipe<Exports>(name: string): Promise<Exports> {
-  const file = fileURLToPath(new URL(`${name}.mjs`, EXTRACTED));
-  mkdirSync(EXTRACTED, { recursive: true });
-  writeFileSync(file, codeOf(name));
-  return (await import(/* @vite-ignore */ file)) as Exports;
-}
-
-/** How much the tissue shakes: watched after every frame, in metres. */
-class Shaking {
-  readonly #avatar: Avatar;
-  #last: Float32Array[] = [];
-  #squares = 0;
-  #count = 0;
-  /** Largest offset that was seen. */
-  largestM = 0;
-
-  constructor(avatar: Avatar) {
-    this.#avatar = avatar;
-  }
-
-  watch(): void {
-    const now = this.#avatar.offsets.slice();
-    const [before, last] = this.#last;
-    if (before && last) {
-      for (const [idx, metres] of now.entries()) {
-        this.#squares += (metres - 2 * (last[idx] ?? 0) + (before[idx] ?? 0)) ** 2;
-      }
-      this.#count += now.length;
-    }
-    this.largestM = Math.max(this.largestM, largestOffset(now));
-    this.#last = [last ?? now, now];
-  }
-
-  /** Root mean square of second differences from frame to frame. */
-  get rmsM(): number {
-    return Math.sqrt(this.#squares / Math.max(1, this.#count));
-  }
-}
-
-/** Where a joint is in the world, metres. */
-function jointAt(avatar: Avatar, name: JointName): Vector3 {
-  const joint = JOINT_NAMES.indexOf(name);
-  const worldFromRest = new Matrix4().fromArray(avatar.skinMatrices, 16 * joint);
-  return new Vector3().fromArray(avatar.restJointsM(), 3 * joint).applyMatrix4(worldFromRest);
-}
-
-/** Degrees between the line from one joint to another and a direction in the world. */
-function degreesOff(avatar: Avatar, from: JointName, to: JointName, direction: number[]): number {
-  const line = jointAt(avatar, to).sub(jointAt(avatar, from));
-  return (line.angleTo(new Vector3(...direction)) * 180) / Math.PI;
-}
-
-/** Evenly spread numbers from 0 to 1, the same in every run. */
-function randomNumbers(seed: number): () => number {
-  let state = seed;
-  return () => {
-    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
-    return state / 2 ** 32;
-  };
-}
 
 it("each page has one block of at most 30 lines", () => {
   const names = readdirSync(PAGES).filter((name) => name.endsWith(".md"));
@@ -276,156 +212,5 @@ describe("vmc", async () => {
     }
     expect(moving.largestM).toBeGreaterThan(0.005);
     expect(still.rmsM).toBeLessThan(1e-5);
-  });
-});
-
-describe("mediapipe", async () => {
-  interface Point {
-    x: number;
-    y: number;
-    z: number;
-  }
-  interface Result {
-    worldLandmarks: Point[][];
-    landmarks: Point[][];
-  }
-  const { mediapipePose } = await recipe<{
-    mediapipePose(result: Result, first: Result, restJointsM: Float32Array, aspect: number): Pose;
-  }>("mediapipe");
-  const ASPECT = 4 / 3;
-  const LANDMARKS = new Map<number, JointName>();
-  for (const [left, part] of [
-    [11, "shoulder"],
-    [13, "elbow"],
-    [15, "wrist"],
-    [23, "hip"],
-    [25, "knee"],
-    [27, "ankle"],
-  ] as const) {
-    LANDMARKS.set(left, `left_${part}`).set(left + 1, `right_${part}`);
-  }
-
-  /** What a camera 3.4 m before a body in this pose sees, with `noise` on every number; legs without depth. */
-  function seen(truth: Avatar, pose: Pose, noise: () => number = () => 0): Result {
-    truth.step(pose, 0);
-    const hips = jointAt(truth, "left_hip").lerp(jointAt(truth, "right_hip"), 0.5);
-    const [world, picture]: Point[][] = [[], []];
-    for (let landmark = 0; landmark < 33; landmark += 1) {
-      const at = jointAt(truth, LANDMARKS.get(landmark) ?? "head");
-      at.add(new Vector3(noise(), noise(), noise()));
-      const enlarged = 1.3 / (3.4 - at.z);
-      picture?.push({
-        x: 0.5 + (at.x * enlarged) / ASPECT,
-        y: 0.5 - (at.y - 0.9) * enlarged,
-        z: 0,
-      });
-      const { x, y, z } = at.sub(hips);
-      world?.push({ x, y: -y, z: landmark > 24 ? 0 : -z });
-    }
-    return { worldLandmarks: [world ?? []], landmarks: [picture ?? []] };
-  }
-
-  const turned = (turns: Partial<Record<JointName, [Vector3, number]>>) => {
-    const pose = restPose();
-    for (const [name, [axis, degrees]] of Object.entries(turns)) {
-      const turn = new Quaternion().setFromAxisAngle(axis, (degrees * Math.PI) / 180);
-      turn.toArray(pose, 3 + 4 * JOINT_NAMES.indexOf(name as JointName));
-    }
-    return pose;
-  };
-  const [X, Y, Z] = [new Vector3(1, 0, 0), new Vector3(0, 1, 0), new Vector3(0, 0, 1)];
-
-  /** Degrees by which the worst of the limbs of two avatars differ. */
-  function worstLimb(a: Avatar, b: Avatar, parts: readonly (readonly [string, string])[]): number {
-    const sides = ["left", "right"].flatMap((side) =>
-      parts.map(([from, to]) => [`${side}_${from}`, `${side}_${to}`] as [JointName, JointName]),
-    );
-    return Math.max(
-      ...sides.map(([from, to]) =>
-        degreesOff(a, from, to, jointAt(b, to).sub(jointAt(b, from)).toArray()),
-      ),
-    );
-  }
-  const ARMS = [
-    ["shoulder", "elbow"],
-    ["elbow", "wrist"],
-  ] as const;
-  const LEGS = [
-    ["hip", "knee"],
-    ["knee", "ankle"],
-  ] as const;
-
-  it("turns trunk and arms as the person has them", () => {
-    const [truth, avatar] = [model.body.createAvatar(), model.createAvatar()];
-    const first = seen(truth, restPose());
-    const pose = turned({
-      pelvis: [Y, 20],
-      spine2: [Y, -35],
-      left_shoulder: [Z, 80],
-      left_elbow: [Y, -60],
-      right_shoulder: [X, -70],
-      right_elbow: [X, -40],
-    });
-    avatar.step(mediapipePose(seen(truth, pose), first, avatar.restJointsM(), ASPECT), 0);
-    expect(worstLimb(avatar, truth, ARMS)).toBeLessThan(1);
-    const across = jointAt(truth, "left_hip").sub(jointAt(truth, "right_hip"));
-    // The line from hips to shoulders counts as the trunk's up; at rest it leans by two degrees.
-    expect(degreesOff(avatar, "right_hip", "left_hip", across.toArray())).toBeLessThan(2);
-  });
-
-  it.each([0, 20, 45, 70])("finds thighs that bend by %f degrees towards the camera", (degrees) => {
-    const [truth, avatar] = [model.body.createAvatar(), model.createAvatar()];
-    const first = seen(truth, restPose());
-    const pose = turned({
-      left_hip: [X, -degrees],
-      right_hip: [X, -degrees],
-      left_knee: [X, 2 * degrees],
-      right_knee: [X, 2 * degrees],
-    });
-    pose[1] = -0.77 * (1 - Math.cos((degrees * Math.PI) / 180));
-    const result = seen(truth, pose);
-    const found = mediapipePose(result, first, avatar.restJointsM(), ASPECT);
-    avatar.step(found, 0);
-    // The camera enlarges knees that come near, and 2 % of each length count as noise.
-    expect(worstLimb(avatar, truth, LEGS)).toBeLessThan(15);
-    expect(Math.abs((found[1] ?? Number.NaN) - pose[1])).toBeLessThan(0.02);
-  });
-
-  it("moves the tissue of somebody who hops, and hardly that of somebody who stands", () => {
-    const shaking = (poseSource: "tracker" | "as-given", hops: boolean) => {
-      const [truth, avatar] = [model.body.createAvatar(), model.createAvatar({ poseSource })];
-      const motion = Motion.procedural("hop", truth);
-      const random = randomNumbers(3);
-      // As a tracker's own smoothing leaves it: 1.5 mm that wander slowly.
-      const wandering = new Float64Array(99);
-      let number = 0;
-      const noise = () => {
-        const idx = number++ % wandering.length;
-        const fresh = 2 * (random() + random() + random() - 1.5);
-        wandering[idx] = 0.97 * (wandering[idx] ?? 0) + 0.0015 * Math.sqrt(1 - 0.97 ** 2) * fresh;
-        return wandering[idx] ?? 0;
-      };
-      const first = seen(truth, restPose());
-      const shaken = new Shaking(avatar);
-      let pose = restPose();
-      for (let tick = 0; tick < 240; tick += 1) {
-        const truePose = hops ? motion.poseAt(tick / 60) : restPose();
-        if (tick % 2 === 0) {
-          pose = mediapipePose(seen(truth, truePose, noise), first, avatar.restJointsM(), ASPECT);
-        }
-        avatar.step(pose, tick === 0 ? 0 : TICK);
-        if (tick > 120) shaken.watch();
-      }
-      motion.dispose();
-      return shaken;
-    };
-    const [hop, still, raw] = [
-      shaking("tracker", true),
-      shaking("tracker", false),
-      shaking("as-given", false),
-    ];
-    expect(hop.largestM).toBeGreaterThan(0.01);
-    expect(still.rmsM).toBeLessThan(0.2 * raw.rmsM);
-    expect(still.largestM).toBeLessThan(0.003);
   });
 });
