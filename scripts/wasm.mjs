@@ -136,7 +136,8 @@ async function bindAndOptimise(file, profile, folder, wasmBindgen) {
     if (profile === PUBLISHED) await optimise(file, out);
     writeFileSync(stamp, key);
   }
-  say(`  ${relative(ROOT, out)}: ${describeSize(readFileSync(out))}`);
+  const place = relative(ROOT, join(file.out ?? WASM_OUT, `${file.name}_bg.wasm`));
+  say(`  ${place}: ${describeSize(readFileSync(out))}`);
 }
 
 async function optimise(file, wasm) {
