@@ -92,7 +92,7 @@ impl Learned {
     }
 }
 
-/// The contents of `bundle.json` (ARCHITECTURE.md, "Bundle").
+/// The contents of `bundle.json` (docs/design/bundle.md).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bundle {
     /// [`BUNDLE_FORMAT`].

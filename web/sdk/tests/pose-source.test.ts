@@ -1,7 +1,7 @@
 // Where poses come from: the option, the property, and what the avatar finds out.
 import { type Avatar, Motion, type Pose, type PoseSource } from "dynaskin";
 import { afterAll, describe, expect, it } from "vitest";
-import { expectError, loadModel } from "./support.js";
+import { expectError, largestDifference, loadModel } from "./support.js";
 
 const TICK = 1 / 60;
 const model = await loadModel("female");
@@ -31,6 +31,25 @@ function shaking(avatar: Avatar, rateHz: number, seconds: number): number {
 }
 
 describe("poseSource", () => {
+  it("conditions held poses in a crowd as alone", () => {
+    const [alone, member, plain] = (["network", "network", "as-given"] as const).map((poseSource) =>
+      model.createAvatar({ poseSource }),
+    ) as [Avatar, Avatar, Avatar];
+    const crowd = model.createCrowd();
+    crowd.add(member);
+    const motion = Motion.procedural("hop", alone);
+    for (let tick = 0; tick < 90; tick += 1) {
+      // 30 poses a second, each held over two frames.
+      const pose = motion.poseAt(Math.floor(tick / 2) / 30);
+      alone.step(pose, TICK);
+      plain.step(pose, TICK);
+      crowd.stepAll([pose], TICK);
+    }
+    expect(largestDifference(member.offsets, alone.offsets)).toBeLessThan(1e-6);
+    expect(largestDifference(member.offsets, plain.offsets)).toBeGreaterThan(1e-3);
+    for (const each of [crowd, alone, member, plain, motion]) each.dispose();
+  });
+
   it("is an option and a property", async () => {
     const avatar = model.createAvatar({ poseSource: "tracker" });
     expect(avatar.poseSource).toBe("tracker");

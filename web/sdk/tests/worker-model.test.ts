@@ -72,6 +72,26 @@ describe("a model in a worker", () => {
     for (const avatar of [...here, motion]) avatar.dispose();
   });
 
+  it("conditions held poses as the page does, by the avatar's option and by its property", async () => {
+    const here = SHAPES.map((shape) => model.createAvatar({ shape, poseSource: "network" }));
+    const [one, other] = [
+      await remote.createAvatar({ shape: SHAPES[0] as number[], poseSource: "network" }),
+      await remote.createAvatar({ shape: SHAPES[1] as number[] }),
+    ];
+    other.poseSource = "network";
+    const plain = model.createAvatar({ shape: SHAPES[0] as number[], poseSource: "as-given" });
+    const motion = Motion.procedural("hop", here[0] as Avatar);
+    for (let tick = 0; tick < 90; tick += 1) {
+      // 30 poses a second, each held over two frames.
+      const pose = motion.poseAt(Math.floor(tick / 2) / 30);
+      for (const avatar of [...here, plain, one, other]) avatar.step(pose, TICK);
+      await Promise.all([one, other].map((avatar) => avatar.whenAnswered()));
+    }
+    expectSame(here, [one, other]);
+    expect(largestDifference(one.offsets, plain.offsets)).toBeGreaterThan(1e-3);
+    for (const avatar of [...here, plain, motion]) avatar.dispose();
+  });
+
   it("steps two avatars as a crowd, with the bits of a crowd in the page", async () => {
     const { here, there } = await pairs();
     const [crowdHere, crowdThere] = [model.createCrowd(), await remote.createCrowd()];
