@@ -72,27 +72,54 @@ const GUESTS = {
   out: DEMO_OUT,
 };
 
+/** What the package and the demo need. */
+const EVERY_FILE = [...WASM_FILES, GUESTS];
+
+/** What the demo alone needs: its own core stands in for the package's, which has the same glue. */
+const DEMO_FILES = [GUESTS, ...WASM_FILES.filter(({ name }) => name !== "core")];
+
 /**
  * Builds what changed, and puts it where the SDK and the demo look for it. Each profile's glue and
  * optimised files are kept beside cargo's output, for as long as that is the same.
  */
 export async function buildWasm(profile = process.env.DYNASKIN_WASM_PROFILE || PUBLISHED) {
-  const wasmBindgen = await ensureWasmBindgen();
-  for (const file of [...WASM_FILES, GUESTS]) {
-    const folder = file.out ? "bound-for-demo" : "bound";
-    const bound = join(cargoTargetDir(), "wasm32-unknown-unknown", profile, folder);
-    await cargoBuild(file, profile);
-    await bindAndOptimise(file, profile, bound, wasmBindgen);
-    const out = file.out ?? WASM_OUT;
-    mkdirSync(out, { recursive: true });
-    for (const name of readdirSync(bound)) {
-      if (new RegExp(`^${file.name}(_bg)?\\.`).test(name)) {
-        copyFileSync(join(bound, name), join(out, name));
-      }
-    }
-  }
+  const bound = await bindAll(EVERY_FILE, profile);
+  for (const { file, folder } of bound) place(file, folder, file.out ?? WASM_OUT);
   checkSharedGlue();
   writeFileSync(PROFILE_STAMP, profile);
+}
+
+/** The same for the demo page alone: one core instead of two. */
+export async function buildDemoWasm(profile = process.env.DYNASKIN_WASM_PROFILE || PUBLISHED) {
+  const bound = await bindAll(DEMO_FILES, profile);
+  for (const { file, folder } of bound) {
+    place(file, folder, WASM_OUT);
+    if (file.out) place(file, folder, file.out);
+  }
+  writeFileSync(PROFILE_STAMP, `${profile}, the demo alone`);
+}
+
+/** Cargo uses all cores for most of a build, wasm-opt one: it works while cargo compiles the next file. */
+async function bindAll(files, profile) {
+  const optimised = [];
+  let wasmBindgen;
+  for (const file of files) {
+    const compiled = cargoBuild(file, profile);
+    // Installing the tool takes minutes once.
+    [wasmBindgen] = await Promise.all([wasmBindgen ?? ensureWasmBindgen(), compiled]);
+    optimised.push(await bind(file, profile, wasmBindgen));
+  }
+  for (const { done } of optimised) await done;
+  return optimised;
+}
+
+function place(file, folder, out) {
+  mkdirSync(out, { recursive: true });
+  for (const name of readdirSync(folder)) {
+    if (new RegExp(`^${file.name}(_bg)?\\.`).test(name)) {
+      copyFileSync(join(folder, name), join(out, name));
+    }
+  }
 }
 
 /** A core runs only under the glue that was generated with it. */
@@ -112,13 +139,11 @@ async function cargoBuild(file, profile) {
   });
 }
 
-async function bindAndOptimise(file, profile, folder, wasmBindgen) {
-  const compiled = join(
-    cargoTargetDir(),
-    "wasm32-unknown-unknown",
-    profile,
-    `${file.library}.wasm`,
-  );
+/** Writes the glue, and begins to optimise: `done` resolves when `folder` holds the finished file. */
+async function bind(file, profile, wasmBindgen) {
+  const target = join(cargoTargetDir(), "wasm32-unknown-unknown", profile);
+  const folder = join(target, file.out ? "bound-for-demo" : "bound");
+  const compiled = join(target, `${file.library}.wasm`);
   const out = join(folder, `${file.name}_bg.wasm`);
   const stamp = join(folder, `.${file.name}-stamp`);
   const key = createHash("sha256")
@@ -126,6 +151,14 @@ async function bindAndOptimise(file, profile, folder, wasmBindgen) {
     .update([profile, file.optimise, ...FEATURES].join(" "))
     .digest("hex");
   const fresh = existsSync(stamp) && existsSync(out) && readFileSync(stamp, "utf8") === key;
+  const finish = async () => {
+    if (!fresh) {
+      if (profile === PUBLISHED) await optimise(file, out);
+      writeFileSync(stamp, key);
+    }
+    const place = relative(ROOT, join(file.out ?? WASM_OUT, `${file.name}_bg.wasm`));
+    say(`  ${place}: ${describeSize(readFileSync(out))}`);
+  };
   if (!fresh) {
     mkdirSync(folder, { recursive: true });
     rmSync(stamp, { force: true });
@@ -133,11 +166,11 @@ async function bindAndOptimise(file, profile, folder, wasmBindgen) {
       ...[compiled, "--target", "web", "--omit-default-module-path"],
       ...["--out-dir", folder, "--out-name", file.name],
     ]);
-    if (profile === PUBLISHED) await optimise(file, out);
-    writeFileSync(stamp, key);
   }
-  const place = relative(ROOT, join(file.out ?? WASM_OUT, `${file.name}_bg.wasm`));
-  say(`  ${place}: ${describeSize(readFileSync(out))}`);
+  const done = finish();
+  // A failure is thrown where `done` is awaited, which may be after another build's end.
+  done.catch(() => {});
+  return { file, folder, done };
 }
 
 async function optimise(file, wasm) {
