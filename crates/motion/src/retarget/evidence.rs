@@ -3,7 +3,7 @@
 
 use glam::{DQuat, DVec3, DVec4};
 
-use super::Source;
+use super::skeleton::Source;
 
 /// Frames looked at, at most.
 const MAX_FRAMES: usize = 400;
