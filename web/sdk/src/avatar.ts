@@ -102,7 +102,7 @@ export class Avatar {
    *
    * The tissue has its own 60 Hz clock, so any display rate gives the same motion; it lies one
    * sixtieth of a second behind the skeleton. The first step, a jump of the pose (a teleport, a cut)
-   * and a step of more than 0.25 s (a stall, a hidden tab) start with settled tissue; after a jump
+   * and a step of more than 0.25 s (a stall, a hidden tab) start with settled tissue. After a jump
    * or a stall, what was shown before fades out over 0.2 s, so that nothing pops. For slow motion,
    * give smaller `dtSeconds` along with slower poses; for a pause, give 0 or do not step.
    *
