@@ -61,6 +61,9 @@ const FEATURES = [
   "--enable-sign-ext",
 ];
 
+/** A crashed file can be started again, with a memory of its own. */
+const GLUE = ["--experimental-reset-state-function"];
+
 /** The core with the code of the compared methods. It shares the package's glue. */
 const GUESTS = {
   // A wasm file names the glue that it imports.
@@ -123,7 +126,7 @@ async function bindAndOptimise(file, profile, folder, wasmBindgen) {
   const stamp = join(folder, `.${file.name}-stamp`);
   const key = createHash("sha256")
     .update(readFileSync(compiled))
-    .update([profile, file.optimise, ...FEATURES].join(" "))
+    .update([profile, file.optimise, ...FEATURES, ...GLUE].join(" "))
     .digest("hex");
   const fresh = existsSync(stamp) && existsSync(out) && readFileSync(stamp, "utf8") === key;
   if (!fresh) {
@@ -131,7 +134,7 @@ async function bindAndOptimise(file, profile, folder, wasmBindgen) {
     rmSync(stamp, { force: true });
     await run(wasmBindgen, [
       ...[compiled, "--target", "web", "--omit-default-module-path"],
-      ...["--out-dir", folder, "--out-name", file.name],
+      ...["--out-dir", folder, "--out-name", file.name, ...GLUE],
     ]);
     if (profile === PUBLISHED) await optimise(file, out);
     writeFileSync(stamp, key);

@@ -77,7 +77,6 @@ impl MotionFile {
     /// # Errors
     /// As [`retarget`].
     pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<FileClip, MotionError> {
-        let mut notes = self.notes();
         let (clip, report) = match self {
             Self::Bvh(motion) => {
                 retarget(motion, joints_rest_m).map(|(clip, report)| (clip, Some(report)))?
@@ -90,6 +89,36 @@ impl MotionFile {
             #[cfg(feature = "amass")]
             Self::Amass(motion) => (motion.clip(joints_rest_m), None),
         };
+        Ok(self.file_clip(clip, report))
+    }
+
+    /// As [`Self::clip`] at `rate_hz`, with less memory: what the file holds is gone before the poses
+    /// are made anew.
+    ///
+    /// # Errors
+    /// As [`Self::clip`] and [`Clip::resampled`].
+    pub fn into_clip(
+        self,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        rate_hz: f64,
+    ) -> Result<FileClip, MotionError> {
+        let found = match self {
+            #[cfg(feature = "amass")]
+            Self::Amass(mut motion) => {
+                let clip = motion.take_clip(joints_rest_m);
+                Self::Amass(motion).file_clip(clip, None)
+            }
+            other => other.clip(joints_rest_m)?,
+        };
+        Ok(FileClip {
+            clip: found.clip.into_resampled(rate_hz)?,
+            ..found
+        })
+    }
+
+    /// Says what is to be said of a clip of this file.
+    fn file_clip(&self, clip: Clip, report: Option<JointReport>) -> FileClip {
+        let mut notes = self.notes();
         // Of glTF files this is said with the choice among their animations.
         if !matches!(self, Self::Gltf(_)) && is_still(&clip) {
             notes.push("nothing moves in the file: every frame is the same pose".to_owned());
@@ -102,11 +131,11 @@ impl MotionFile {
             notes: notes.clone(),
             ..report
         });
-        Ok(FileClip {
+        FileClip {
             clip,
             report,
             notes,
-        })
+        }
     }
 }
 

@@ -72,7 +72,7 @@ impl CoreMotion {
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
         let bvh = Bvh::parse_with(bytes, options)?;
-        Self::played(&MotionFile::Bvh(bvh), joints_rest_m)
+        Self::played(MotionFile::Bvh(bvh), joints_rest_m)
     }
 
     pub(crate) fn from_file(
@@ -80,18 +80,18 @@ impl CoreMotion {
         options: &ReadOptions,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
-        Self::played(&MotionFile::parse_with(bytes, options)?, joints_rest_m)
+        Self::played(MotionFile::parse_with(bytes, options)?, joints_rest_m)
     }
 
-    fn played(file: &MotionFile, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Self, Thrown> {
+    fn played(file: MotionFile, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Self, Thrown> {
         let FileClip {
             clip,
             report,
             notes,
             ..
-        } = file.clip(joints_rest_m)?;
+        } = file.into_clip(joints_rest_m, MODEL_RATE_HZ)?;
         Ok(Self {
-            clip: clip.resampled(MODEL_RATE_HZ)?,
+            clip,
             report,
             notes,
         })
@@ -123,7 +123,7 @@ impl CoreMotion {
             frames,
         };
         Ok(Self {
-            clip: clip.resampled(MODEL_RATE_HZ)?,
+            clip: clip.into_resampled(MODEL_RATE_HZ)?,
             report: None,
             notes: Vec::new(),
         })

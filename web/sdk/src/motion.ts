@@ -1,6 +1,7 @@
 import { Avatar } from "./avatar.js";
-import { checkNumber, checkObject, kindOf } from "./check.js";
-import { DynaSkinError, guard } from "./error.js";
+import { checkName, checkNumber, checkObject } from "./check.js";
+import type { Core } from "./core.js";
+import { DynaSkinError } from "./error.js";
 import { checkLength, JOINT_NAMES, type JointName, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreMotion } from "./wasm/core.js";
 
@@ -89,8 +90,8 @@ export interface JointReport {
   notes: string[];
 }
 
-/** Most poses of a motion, as in the core: 55 minutes at 60 Hz. */
-const MAX_POSES = 200_000;
+/** Most poses of a motion, as in the core: 50 minutes at 60 Hz. */
+const MAX_POSES = 180_000;
 
 /** Largest motion file in bytes. */
 const MAX_FILE_BYTES = 256 * 2 ** 20;
@@ -111,9 +112,11 @@ export class Motion {
    * sentence each without its first capital and full stop; empty where all is as usual.
    */
   readonly notes: readonly string[];
+  readonly #core: Core;
   #raw: CoreMotion | null;
 
-  private constructor(raw: CoreMotion, jointReport: JointReport | null) {
+  private constructor(core: Core, raw: CoreMotion, jointReport: JointReport | null) {
+    this.#core = core;
     this.#raw = raw;
     this.name = raw.name;
     this.durationSeconds = raw.durationSeconds;
@@ -132,7 +135,7 @@ export class Motion {
     const bytes = bytesOf("fromBvh", file);
     const joints = jointPairs(options);
     checkUnknown(options, ["joints", "rateHz"]);
-    return Motion.#read(() => avatar.raw.motionFromBvh(bytes, joints, options.rateHz));
+    return Motion.#read(avatar.core, () => avatar.raw.motionFromBvh(bytes, joints, options.rateHz));
   }
 
   /**
@@ -164,10 +167,9 @@ export class Motion {
       const message = "animation must be a name, or a whole number counted from 0.";
       throw new DynaSkinError("argument", message);
     }
-    if (up !== undefined && typeof up !== "string") {
-      throw new DynaSkinError("argument", `up must be "y", "z" or "-y", got ${kindOf(up)}.`);
-    }
-    return Motion.#read(() => avatar.raw.motionFromFile(bytes, joints, animation, rateHz, up));
+    if (typeof animation === "string") checkName("animation", animation);
+    if (up !== undefined) checkName("up", up);
+    return Motion.#read(avatar.core, () => avatar.raw.motionFromFile(bytes, joints, animation, rateHz, up));
   }
 
   /**
@@ -180,13 +182,13 @@ export class Motion {
   static animations(file: ArrayBuffer | Uint8Array, avatar: Avatar): AnimationInfo[] {
     checkAvatar(avatar);
     const bytes = bytesOf("animations", file);
-    return guard(() => avatar.raw.animationsOf(bytes) as AnimationInfo[]);
+    return avatar.core.guard(() => avatar.raw.animationsOf(bytes) as AnimationInfo[]);
   }
 
-  static #read(read: () => CoreMotion): Motion {
-    return guard(() => {
+  static #read(core: Core, read: () => CoreMotion): Motion {
+    return core.guard(() => {
       const raw = read();
-      return new Motion(raw, raw.jointReport() as JointReport | null);
+      return new Motion(core, raw, raw.jointReport() as JointReport | null);
     });
   }
 
@@ -207,8 +209,8 @@ export class Motion {
     for (const [what, value] of Object.entries({ tempoHz, heightM, durationSeconds })) {
       if (value !== undefined) checkNumber(what, value);
     }
-    const raw = guard(() => avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds));
-    return new Motion(raw, null);
+    const raw = avatar.core.guard(() => avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds));
+    return new Motion(avatar.core, raw, null);
   }
 
   /**
@@ -220,7 +222,7 @@ export class Motion {
    * @param name - the motion's name, for people
    * @throws DynaSkinError `argument` for what is no Float64Array of whole poses, `pose` for numbers
    *   that are not finite or quaternions that are not of unit length, `motion` for no poses, more than
-   *   200,000, or a rate out of range
+   *   180,000, or a rate out of range
    */
   static fromPoses(poses: Float64Array, rateHz: number, avatar: Avatar, name = "poses"): Motion {
     if (!(poses instanceof Float64Array)) {
@@ -235,9 +237,10 @@ export class Motion {
       );
     }
     checkNumber("rateHz", rateHz);
+    checkName("name", name);
     checkAvatar(avatar);
-    const raw = guard(() => avatar.raw.motionFromPoses(`${name}`, poses, rateHz));
-    return new Motion(raw, null);
+    const raw = avatar.core.guard(() => avatar.raw.motionFromPoses(name, poses, rateHz));
+    return new Motion(avatar.core, raw, null);
   }
 
   /**
@@ -257,13 +260,13 @@ export class Motion {
     }
     const raw = this.#raw;
     if (!raw) throw new DynaSkinError("disposed", "This motion was used after dispose().");
-    guard(() => raw.poseAt(timeSeconds, out));
+    this.#core.guard(() => raw.poseAt(timeSeconds, out));
     return out;
   }
 
   /** Frees the motion's memory. May be called again. */
   dispose(): void {
-    this.#raw?.free();
+    this.#core.free(this.#raw);
     this.#raw = null;
   }
 }
@@ -302,9 +305,8 @@ function jointPairs(options: BvhOptions): string[] {
       const known = JOINT_NAMES.join(", ");
       throw new DynaSkinError("argument", `The body has no joint ${joint}; it has ${known}.`);
     }
-    if (typeof name === "string") return [joint, name];
-    const message = `The file's name of ${joint} must be a string, got ${kindOf(name)}.`;
-    throw new DynaSkinError("argument", message);
+    checkName(`The file's name of ${joint}`, name);
+    return [joint, name];
   });
 }
 
