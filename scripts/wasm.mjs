@@ -13,6 +13,7 @@ import {
 } from "node:fs";
 import { join, relative } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
+import { machinePaths, remapFlags } from "./lib/machine-paths.mjs";
 import { cargoTargetDir, DEMO, ROOT, SDK } from "./lib/paths.mjs";
 import { run, say } from "./lib/run.mjs";
 import { ensureWasmBindgen } from "./toolchain.mjs";
@@ -109,9 +110,10 @@ function checkSharedGlue() {
 async function cargoBuild(file, profile) {
   const guests = file.features ? ", with the compared methods" : "";
   say(`  compiling ${file.package} (${profile}${guests})`);
+  const flags = ["-C target-feature=+simd128", ...(await remapFlags())];
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
   await run("cargo", [...args, ...(file.features ?? []), "--profile", profile], {
-    env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
+    env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: flags.join(" ") },
   });
 }
 
@@ -138,6 +140,10 @@ async function bindAndOptimise(file, profile, folder, wasmBindgen) {
     ]);
     if (profile === PUBLISHED) await optimise(file, out);
     writeFileSync(stamp, key);
+  }
+  const left = machinePaths(readFileSync(out));
+  if (left.length > 0) {
+    throw new Error(`${out} names ${left.length} folders of this machine, such as ${left[0]}`);
   }
   const place = relative(ROOT, join(file.out ?? WASM_OUT, `${file.name}_bg.wasm`));
   say(`  ${place}: ${describeSize(readFileSync(out))}`);

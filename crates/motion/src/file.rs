@@ -3,7 +3,7 @@
 use dynaskin_body::{JOINT_COUNT, Pose};
 use glam::Vec3;
 
-use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, ReadOptions, retarget};
+use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, ReadOptions, retarget_watched};
 
 /// A motion file.
 #[derive(Clone, Debug)]
@@ -77,12 +77,19 @@ impl MotionFile {
     /// # Errors
     /// As [`retarget`].
     pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<FileClip, MotionError> {
+        self.clip_watched(joints_rest_m, &mut |_| {})
+    }
+
+    fn clip_watched(
+        &self,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<FileClip, MotionError> {
         let (clip, report) = match self {
-            Self::Bvh(motion) => {
-                retarget(motion, joints_rest_m).map(|(clip, report)| (clip, Some(report)))?
-            }
+            Self::Bvh(motion) => retarget_watched(motion, joints_rest_m, progress)
+                .map(|(clip, report)| (clip, Some(report)))?,
             Self::Gltf(motion) => {
-                let (mut clip, report) = retarget(motion, joints_rest_m)?;
+                let (mut clip, report) = retarget_watched(motion, joints_rest_m, progress)?;
                 clip.name.clone_from(&motion.animation_name);
                 (clip, Some(report))
             }
@@ -93,7 +100,7 @@ impl MotionFile {
     }
 
     /// As [`Self::clip`] at `rate_hz`, with less memory: what the file holds is gone before the poses
-    /// are made anew.
+    /// are made anew. `progress` is told the fraction that is done.
     ///
     /// # Errors
     /// As [`Self::clip`] and [`Clip::resampled`].
@@ -101,6 +108,7 @@ impl MotionFile {
         self,
         joints_rest_m: &[Vec3; JOINT_COUNT],
         rate_hz: f64,
+        progress: &mut dyn FnMut(f64),
     ) -> Result<FileClip, MotionError> {
         let found = match self {
             #[cfg(feature = "amass")]
@@ -108,7 +116,7 @@ impl MotionFile {
                 let clip = motion.take_clip(joints_rest_m);
                 Self::Amass(motion).file_clip(clip, None)
             }
-            other => other.clip(joints_rest_m)?,
+            other => other.clip_watched(joints_rest_m, progress)?,
         };
         Ok(FileClip {
             clip: found.clip.into_resampled(rate_hz)?,

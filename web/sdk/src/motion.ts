@@ -115,13 +115,18 @@ export class Motion {
   readonly #core: Core;
   #raw: CoreMotion | null;
 
-  private constructor(core: Core, raw: CoreMotion, jointReport: JointReport | null) {
+  private constructor(
+    core: Core,
+    raw: CoreMotion,
+    jointReport: JointReport | null,
+    notes: readonly string[] = raw.notes,
+  ) {
     this.#core = core;
     this.#raw = raw;
     this.name = raw.name;
     this.durationSeconds = raw.durationSeconds;
     this.jointReport = jointReport;
-    this.notes = raw.notes;
+    this.notes = notes;
   }
 
   /**
@@ -159,17 +164,21 @@ export class Motion {
   ): Motion {
     checkAvatar(avatar);
     const bytes = bytesOf("fromFile", file);
-    const joints = jointPairs(options);
-    checkUnknown(options, ["joints", "rateHz", "animation", "up"]);
-    const { animation, rateHz, up } = options;
-    const isPlace = typeof animation === "number" && Number.isInteger(animation) && animation >= 0;
-    if (!isPlace && typeof animation !== "string" && animation !== undefined) {
-      const message = "animation must be a name, or a whole number counted from 0.";
-      throw new DynaSkinError("argument", message);
-    }
-    if (typeof animation === "string") checkName("animation", animation);
-    if (up !== undefined) checkName("up", up);
-    return Motion.#read(avatar.core, () => avatar.raw.motionFromFile(bytes, joints, animation, rateHz, up));
+    const how = fileArguments(options);
+    return Motion.#read(avatar.core, () => avatar.raw.motionFromFile(bytes, ...how));
+  }
+
+  /**
+   * Takes over what a worker has read for an avatar's skeleton.
+   *
+   * @internal
+   */
+  static fromReading(reading: MotionReading, avatar: Avatar): Motion {
+    const { name, poses, jointReport, notes } = reading;
+    return avatar.core.guard(() => {
+      const raw = avatar.raw.motionFromPoses(name, poses, MOTION_RATE_HZ);
+      return new Motion(avatar.core, raw, jointReport, notes);
+    });
   }
 
   /**
@@ -271,18 +280,62 @@ export class Motion {
   }
 }
 
+/** What a worker reads of a file: poses at 60 Hz, and what {@link Motion} says of it. */
+export interface MotionReading {
+  name: string;
+  poses: Float64Array;
+  jointReport: JointReport | null;
+  notes: string[];
+}
+
+/** Poses a second of every motion. */
+const MOTION_RATE_HZ = 60;
+
+/**
+ * The options as the core takes them.
+ *
+ * @throws DynaSkinError `argument`
+ * @internal
+ */
+export function fileArguments(
+  options: MotionFileOptions,
+): [
+  joints: string[],
+  animation: string | number | undefined,
+  rateHz: number | undefined,
+  up: string | undefined,
+] {
+  const joints = jointPairs(options);
+  checkUnknown(options, ["joints", "rateHz", "animation", "up"]);
+  const { animation, rateHz, up } = options;
+  const isPlace = typeof animation === "number" && Number.isInteger(animation) && animation >= 0;
+  if (!isPlace && typeof animation !== "string" && animation !== undefined) {
+    const message = "animation must be a name, or a whole number counted from 0.";
+    throw new DynaSkinError("argument", message);
+  }
+  if (typeof animation === "string") checkName("animation", animation);
+  if (up !== undefined) checkName("up", up);
+  return [joints, animation, rateHz, up];
+}
+
+/**
+ * Refuses a file before it is copied into the core's memory, which never shrinks again.
+ *
+ * @throws DynaSkinError `motion`
+ * @internal
+ */
+export function checkMotionSize(bytes: number): void {
+  if (bytes <= MAX_FILE_BYTES) return;
+  const [size, limit] = [bytes, MAX_FILE_BYTES].map((count) => Math.ceil(count / 2 ** 20));
+  throw new DynaSkinError("motion", `The file has ${size} MiB; at most ${limit} MiB are read.`);
+}
+
 function bytesOf(what: string, file: ArrayBuffer | Uint8Array): Uint8Array {
   if (!(file instanceof Uint8Array || file instanceof ArrayBuffer)) {
     const message = `${what} takes the bytes of a file as an ArrayBuffer or a Uint8Array.`;
     throw new DynaSkinError("argument", message);
   }
-  // Before it is copied into the core's memory, which never shrinks again.
-  if (file.byteLength > MAX_FILE_BYTES) {
-    const [size, limit] = [file.byteLength, MAX_FILE_BYTES].map((bytes) =>
-      Math.ceil(bytes / 2 ** 20),
-    );
-    throw new DynaSkinError("motion", `The file has ${size} MiB; at most ${limit} MiB are read.`);
-  }
+  checkMotionSize(file.byteLength);
   if (file instanceof Uint8Array) return file;
   try {
     return new Uint8Array(file);
@@ -318,7 +371,8 @@ function checkUnknown(options: object, known: readonly string[]): void {
   throw new DynaSkinError("argument", message);
 }
 
-function checkAvatar(avatar: unknown): void {
+/** @internal */
+export function checkAvatar(avatar: unknown): void {
   if (avatar instanceof Avatar) return;
   throw new DynaSkinError("argument", "A motion needs an avatar, as createAvatar() gives it.");
 }

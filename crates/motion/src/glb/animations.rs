@@ -38,7 +38,12 @@ const MAX_KEYS: usize = 20_000_000;
 /// [`GlbError`] with the numbers.
 pub fn check_keys(file: &Document<'_>, file_bytes: usize) -> Result<(), GlbError> {
     let limit = file_bytes.clamp(MIN_SHARED_KEYS, MAX_KEYS);
-    let count = |accessor: usize| file.root.accessors.get(accessor).map_or(0, |a| a.count.0);
+    let count = |accessor: usize| {
+        let accessor = file.root.accessors.get(accessor);
+        let count = accessor.map_or(0, |accessor| accessor.count.0);
+        // What cannot lie in the file is refused where it is read, with its place.
+        if count > file_bytes as u64 { 0 } else { count }
+    };
     let mut keys = 0_u64;
     for animation in &file.root.animations {
         for channel in &animation.channels {

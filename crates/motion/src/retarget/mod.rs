@@ -43,6 +43,18 @@ pub fn retarget(
     motion: &dyn SourceMotion,
     target_joints_m: &[Vec3; JOINT_COUNT],
 ) -> Result<(Clip, JointReport), MotionError> {
+    retarget_watched(motion, target_joints_m, &mut |_| {})
+}
+
+/// As [`retarget`]; `progress` is told the fraction that is done.
+///
+/// # Errors
+/// As [`retarget`].
+pub fn retarget_watched(
+    motion: &dyn SourceMotion,
+    target_joints_m: &[Vec3; JOINT_COUNT],
+    progress: &mut dyn FnMut(f64),
+) -> Result<(Clip, JointReport), MotionError> {
     let mut notes = Vec::new();
     let mut mapping = Mapping::new(motion)?;
     let mut source = Source::new(motion, &mapping);
@@ -69,7 +81,7 @@ pub fn retarget(
     let every = motion.frame_count().div_ceil(MAX_JUDGED_FRAMES);
     for reference in [SoleReference::Floor, SoleReference::Shin] {
         let (alignment, said) = Alignment::new(&source, &evidence, &target_m, reference)?;
-        let frames = source.poses(&alignment, &target_m, scale, every);
+        let frames = source.poses(&alignment, &target_m, scale, every, &mut |_| {});
         let tilt = floor::sole_tilt(&frames, motion.frame_seconds(), target_joints_m);
         if flattest.as_ref().is_none_or(|(least, ..)| tilt < *least) {
             flattest = Some((tilt, alignment, said));
@@ -82,7 +94,8 @@ pub fn retarget(
     // Rest feet are not drawn exactly flat either: standing feet show by how much. Long files fill
     // hundreds of megabytes with poses, so these are gone before the next ones are made.
     let standing_pitch = {
-        let frames = source.poses(&alignment, &target_m, scale, 1);
+        let mut half = |done: f64| progress(0.5 * done);
+        let frames = source.poses(&alignment, &target_m, scale, 1, &mut half);
         if floor::ever_stands(&frames, motion.frame_seconds(), target_joints_m) {
             floor::standing_pitch(&frames, motion.frame_seconds(), target_joints_m)
         } else {
@@ -91,7 +104,8 @@ pub fn retarget(
         }
     };
     alignment.pitch_soles(standing_pitch);
-    let mut frames = source.poses(&alignment, &target_m, scale, 1);
+    let mut half = |done: f64| progress(0.5 + 0.5 * done);
+    let mut frames = source.poses(&alignment, &target_m, scale, 1, &mut half);
     floor::put_on_floor(&mut frames, motion.frame_seconds(), target_joints_m);
     check_distance(&frames)?;
     let report = JointReport::new(motion, &mapping, source_leg, scale, notes);
@@ -119,6 +133,9 @@ fn check_work(source: &Source<'_>) -> Result<(), MotionError> {
     }
     Ok(())
 }
+
+/// Frames from a word about the progress to the next: some milliseconds.
+const FRAMES_BETWEEN_NEWS: usize = 1_000;
 
 /// Frames that the choice between two rest poses of the feet looks at, at most.
 const MAX_JUDGED_FRAMES: usize = 2_000;
@@ -237,18 +254,23 @@ impl<'a> Source<'a> {
         leg_length(&Joint::ALL.map(|joint| self.rest_of(joint).unwrap_or_default()))
     }
 
-    /// Poses of every `every`-th frame.
+    /// Poses of every `every`-th frame; `progress` is told the fraction that is done.
     fn poses(
         &self,
         alignment: &Alignment,
         target_m: &[DVec3; JOINT_COUNT],
         scale: f64,
         every: usize,
+        progress: &mut dyn FnMut(f64),
     ) -> Vec<Pose> {
         let mut world = World::default();
-        (0..self.motion.frame_count())
+        let count = self.motion.frame_count();
+        (0..count)
             .step_by(every.max(1))
             .map(|frame| {
+                if frame.is_multiple_of(FRAMES_BETWEEN_NEWS) {
+                    progress(frame as f64 / count as f64);
+                }
                 self.needed_world(frame, &mut world);
                 self.pose(&world.joints, alignment, target_m, scale)
             })
