@@ -163,7 +163,9 @@ export class Crowd {
         throw new DynaSkinError("argument", "budgetMs is NaN; give milliseconds above 0.");
       }
     }
-    this.#core.guard(() => raw.setLevelOfDetail(halfBeyondM, asleepBeyondM, budgetMs ?? Number.NaN));
+    this.#core.guard(() =>
+      raw.setLevelOfDetail(halfBeyondM, asleepBeyondM, budgetMs ?? Number.NaN),
+    );
     this.#levelOfDetail = {
       halfBeyondM,
       asleepBeyondM,

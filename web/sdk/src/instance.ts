@@ -1,4 +1,4 @@
-import { crashedBy, DynaSkinError, isTrap, toDynaSkinError } from "./error.js";
+import { crashedBy, type DynaSkinError, isTrap, toDynaSkinError } from "./error.js";
 
 /**
  * A running WebAssembly file. After a trap its memory may be anything, and wasm-bindgen's locks stay

@@ -218,7 +218,9 @@ export class Motion {
     for (const [what, value] of Object.entries({ tempoHz, heightM, durationSeconds })) {
       if (value !== undefined) checkNumber(what, value);
     }
-    const raw = avatar.core.guard(() => avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds));
+    const raw = avatar.core.guard(() =>
+      avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds),
+    );
     return new Motion(avatar.core, raw, null);
   }
 

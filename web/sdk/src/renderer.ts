@@ -385,7 +385,9 @@ export class BodyHandle {
     const { raw } = this.#renderer;
     if (!raw) return;
     const { faces, skinJoints, skinWeights, colors } = this.#body;
-    this.#id = this.#renderer.wasm.guard(() => raw.add_body(faces, skinJoints, skinWeights, colors));
+    this.#id = this.#renderer.wasm.guard(() =>
+      raw.add_body(faces, skinJoints, skinWeights, colors),
+    );
     this.setPlacement(this.#placement);
     this.setVisible(this.#isVisible);
     try {

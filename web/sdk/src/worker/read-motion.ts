@@ -8,7 +8,13 @@ import {
   Motion,
   type MotionFileOptions,
 } from "../motion.js";
-import { checkThread, startThread, type ThreadOptions, threadNeeds, untilAborted } from "./start.js";
+import {
+  checkThread,
+  startThread,
+  type ThreadOptions,
+  threadNeeds,
+  untilAborted,
+} from "./start.js";
 
 /** How a motion file is read in a worker. */
 export interface ReadMotionOptions extends MotionFileOptions, ThreadOptions {
@@ -31,7 +37,8 @@ export async function readMotion(
 ): Promise<Motion> {
   checkAvatar(avatar);
   checkObject("options", options);
-  const { wasm, createWorker, workerScript, timeoutMs, signal, onProgress, ...fileOptions } = options;
+  const { wasm, createWorker, workerScript, timeoutMs, signal, onProgress, ...fileOptions } =
+    options;
   checkCallback("onProgress", onProgress);
   checkThread(options);
   const how = fileArguments(fileOptions);

@@ -118,7 +118,13 @@ scope.addEventListener("message", ({ data }) => {
     const { code, message } = toDynaSkinError(error);
     const object = "target" in sent ? objects.get(sent.target) : undefined;
     const settings = object && settingsIfSound(object);
-    scope.postMessage({ type: "refusal", id, code, message, ...(settings && { settings }) }, []);
+    const refusal: Message = { type: "refusal", id, code, message };
+    try {
+      scope.postMessage({ ...refusal, ...(settings && { settings }) }, []);
+    } catch {
+      // What cannot be sent must not leave the page waiting.
+      scope.postMessage(refusal, []);
+    }
   });
 });
 
