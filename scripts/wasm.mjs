@@ -13,6 +13,7 @@ import {
 } from "node:fs";
 import { join, relative } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
+import { machinePaths, remapFlags } from "./lib/machine-paths.mjs";
 import { cargoTargetDir, DEMO, ROOT, SDK } from "./lib/paths.mjs";
 import { run, say } from "./lib/run.mjs";
 import { ensureWasmBindgen } from "./toolchain.mjs";
@@ -60,6 +61,9 @@ const FEATURES = [
   "--enable-reference-types",
   "--enable-sign-ext",
 ];
+
+/** A crashed file can be started again, with a memory of its own. */
+const GLUE = ["--experimental-reset-state-function"];
 
 /** The core with the code of the compared methods. It shares the package's glue. */
 const GUESTS = {
@@ -133,9 +137,10 @@ function checkSharedGlue() {
 async function cargoBuild(file, profile) {
   const guests = file.features ? ", with the compared methods" : "";
   say(`  compiling ${file.package} (${profile}${guests})`);
+  const flags = ["-C target-feature=+simd128", ...(await remapFlags())];
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
   await run("cargo", [...args, ...(file.features ?? []), "--profile", profile], {
-    env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
+    env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: flags.join(" ") },
   });
 }
 
@@ -148,13 +153,17 @@ async function bind(file, profile, wasmBindgen) {
   const stamp = join(folder, `.${file.name}-stamp`);
   const key = createHash("sha256")
     .update(readFileSync(compiled))
-    .update([profile, file.optimise, ...FEATURES].join(" "))
+    .update([profile, file.optimise, ...FEATURES, ...GLUE].join(" "))
     .digest("hex");
   const fresh = existsSync(stamp) && existsSync(out) && readFileSync(stamp, "utf8") === key;
   const finish = async () => {
     if (!fresh) {
       if (profile === PUBLISHED) await optimise(file, out);
       writeFileSync(stamp, key);
+    }
+    const left = machinePaths(readFileSync(out));
+    if (left.length > 0) {
+      throw new Error(`${out} names ${left.length} folders of this machine, such as ${left[0]}`);
     }
     const place = relative(ROOT, join(file.out ?? WASM_OUT, `${file.name}_bg.wasm`));
     say(`  ${place}: ${describeSize(readFileSync(out))}`);
@@ -164,7 +173,7 @@ async function bind(file, profile, wasmBindgen) {
     rmSync(stamp, { force: true });
     await run(wasmBindgen, [
       ...[compiled, "--target", "web", "--omit-default-module-path"],
-      ...["--out-dir", folder, "--out-name", file.name],
+      ...["--out-dir", folder, "--out-name", file.name, ...GLUE],
     ]);
   }
   const done = finish();

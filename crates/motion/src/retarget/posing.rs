@@ -6,29 +6,41 @@ use glam::{DQuat, DVec3};
 use super::align::Alignment;
 use super::mapping::Drive;
 use super::skeleton::Source;
+use super::source::World;
 
-/// Poses of every `every`-th frame.
+/// Frames from a word about the progress to the next: some milliseconds.
+const FRAMES_BETWEEN_NEWS: usize = 1_000;
+
+/// Poses of every `every`-th frame; `progress` is told the fraction that is done.
 pub fn poses(
     source: &Source<'_>,
     alignment: &Alignment,
     target_m: &[DVec3; JOINT_COUNT],
     scale: f64,
     every: usize,
+    progress: &mut dyn FnMut(f64),
 ) -> Vec<Pose> {
-    (0..source.motion.frame_count())
+    let mut world = World::default();
+    let count = source.motion.frame_count();
+    (0..count)
         .step_by(every.max(1))
-        .map(|frame| pose(source, frame, alignment, target_m, scale))
+        .map(|frame| {
+            if frame.is_multiple_of(FRAMES_BETWEEN_NEWS) {
+                progress(frame as f64 / count as f64);
+            }
+            source.needed_world(frame, &mut world);
+            pose(source, &world.joints, alignment, target_m, scale)
+        })
         .collect()
 }
 
 fn pose(
     source: &Source<'_>,
-    frame: usize,
+    world: &[(DQuat, DVec3)],
     alignment: &Alignment,
     target_m: &[DVec3; JOINT_COUNT],
     scale: f64,
 ) -> Pose {
-    let world = source.world(frame);
     let rotation = |joint: usize| world[joint].0;
     let mut target_rotation = [DQuat::IDENTITY; JOINT_COUNT];
     let mut pose = Pose::REST;

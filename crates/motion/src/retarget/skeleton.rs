@@ -4,12 +4,14 @@ use dynaskin_body::{JOINT_COUNT, Joint};
 use glam::{DQuat, DVec3};
 
 use super::mapping::Mapping;
-use super::source::SourceMotion;
+use super::source::{SourceMotion, World};
 
 /// A source skeleton with +Y up.
 pub struct Source<'a> {
     pub motion: &'a dyn SourceMotion,
     pub mapping: Mapping,
+    /// The joints that turn the body's and all their ancestors, ascending.
+    pub needed: Vec<usize>,
     /// Rest positions turned to +Y up, file unit.
     pub rest: Vec<DVec3>,
     /// Takes the file's axes to +Y up.
@@ -24,6 +26,7 @@ impl<'a> Source<'a> {
         Self {
             motion,
             mapping: mapping.clone(),
+            needed: mapping.needed(motion),
             rest: motion.rest_positions(),
             up_from_file: DQuat::IDENTITY,
             note: None,
@@ -43,13 +46,26 @@ impl<'a> Source<'a> {
     /// World rotations and positions at a frame, with +Y up.
     pub fn world(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
         let mut world = self.motion.world_joints(frame);
-        if self.up_from_file != DQuat::IDENTITY {
-            for (rotation, position) in &mut world {
-                *rotation = self.up_from_file * *rotation * self.up_from_file.inverse();
-                *position = self.up_from_file * *position;
-            }
+        for joint in &mut world {
+            self.turn_up(joint);
         }
         world
+    }
+
+    /// As [`Self::world`] for the joints that are needed.
+    pub fn needed_world(&self, frame: usize, world: &mut World) {
+        self.motion.world_of(frame, &self.needed, world);
+        for joint in &self.needed {
+            self.turn_up(&mut world.joints[*joint]);
+        }
+    }
+
+    /// Turns a joint's rotation and position to +Y up.
+    fn turn_up(&self, (rotation, position): &mut (DQuat, DVec3)) {
+        if self.up_from_file != DQuat::IDENTITY {
+            *rotation = self.up_from_file * *rotation * self.up_from_file.inverse();
+            *position = self.up_from_file * *position;
+        }
     }
 
     pub fn source_joint(&self, joint: Joint) -> usize {
