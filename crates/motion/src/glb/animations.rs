@@ -175,7 +175,6 @@ pub fn chosen(
 /// between them is for [`crate::Clip`] to say. None for splines, which say it themselves, for keyframes
 /// at any times, and for those that come once a tick or more often.
 pub fn key_rate_hz<'a>(tracks: impl Iterator<Item = &'a Track>) -> Option<f64> {
-    const SLOWEST_HZ: f64 = 1.0;
     let mut times: Vec<f64> = Vec::new();
     for track in tracks {
         if track.is_spline() {
@@ -183,20 +182,70 @@ pub fn key_rate_hz<'a>(tracks: impl Iterator<Item = &'a Track>) -> Option<f64> {
         }
         times.extend(track.times());
     }
+    rate_of_hz(times)
+}
+
+/// The slowest rate that times are all at.
+fn rate_of_hz(mut times: Vec<f64>) -> Option<f64> {
+    const SLOWEST_HZ: f64 = 1.0;
+    /// Programs leave keys out where the others tell them, so that the shortest step may be several.
+    const MOST_PARTS: u32 = 4;
     times.sort_by(f64::total_cmp);
     let (first, last) = (*times.first()?, *times.last()?);
     let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
     let shortest = steps().filter(|step| *step > 1e-3).fold(f64::MAX, f64::min);
-    // Single precision blurs a step; the whole time, divided by the number of steps, is not blurred.
-    let count: f64 = steps().map(|step| (step / shortest).round()).sum();
-    if count < 1.0 {
-        return None;
+    (1..=MOST_PARTS).find_map(|parts| {
+        let guess = shortest / f64::from(parts);
+        // Single precision blurs a step; the whole time, divided by the number of steps, is not blurred.
+        let count: f64 = steps().map(|step| (step / guess).round()).sum();
+        if count < 1.0 {
+            return None;
+        }
+        let step = (last - first) / count;
+        let is_grid = times.iter().all(|time| {
+            let place = (time - first) / step;
+            (place - place.round()).abs() < 0.05
+        });
+        let rate_hz = 1.0 / step;
+        (is_grid && (SLOWEST_HZ..(1.0 - 1e-4) * MODEL_RATE_HZ).contains(&rate_hz))
+            .then_some(rate_hz)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rate_of_hz;
+
+    fn rate_of(frames: &[u32], rate_hz: f64) -> Option<f64> {
+        rate_of_hz(
+            frames
+                .iter()
+                .map(|frame| f64::from((f64::from(*frame) / rate_hz) as f32))
+                .collect(),
+        )
     }
-    let step = (last - first) / count;
-    let is_grid = times.iter().all(|time| {
-        let place = (time - first) / step;
-        (place - place.round()).abs() < 0.05
-    });
-    let rate_hz = 1.0 / step;
-    (is_grid && (SLOWEST_HZ..(1.0 - 1e-4) * MODEL_RATE_HZ).contains(&rate_hz)).then_some(rate_hz)
+
+    #[test]
+    fn keys_that_were_left_out_do_not_hide_the_rate() {
+        for frames in [
+            vec![0, 1, 2, 3, 4],
+            vec![0, 1, 5, 30, 31],
+            // No two keys are one frame apart.
+            vec![0, 2, 5, 9, 120],
+            vec![0, 3, 7, 11, 14],
+        ] {
+            for rate_hz in [24.0, 30.0, 50.0] {
+                let found = rate_of(&frames, rate_hz).expect("a rate");
+                assert!((found / rate_hz - 1.0).abs() < 1e-5, "{frames:?}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn times_without_a_rate_have_none() {
+        assert_eq!(rate_of(&[0, 1, 2, 3], 60.0), None);
+        assert_eq!(rate_of(&[0, 100, 237, 391], 100.0), None);
+        assert_eq!(rate_of(&[0], 30.0), None);
+        assert_eq!(rate_of(&[], 30.0), None);
+    }
 }
