@@ -35,9 +35,8 @@ struct Lists {
 /// # Errors
 /// [`GlbError`] where the document is no JSON, or lists too much.
 pub fn check(json: &[u8]) -> Result<(), GlbError> {
-    let lists: Lists = serde_json::from_slice(json).map_err(|error| {
-        GlbError::new("JSON chunk", format!("a glTF 2.0 document ({error})"))
-    })?;
+    let lists: Lists = serde_json::from_slice(json)
+        .map_err(|error| GlbError::new("JSON chunk", format!("a glTF 2.0 document ({error})")))?;
     let counts = [
         ("nodes", lists.nodes.len()),
         ("materials", lists.materials.len()),

@@ -128,7 +128,10 @@ fn an_array_that_is_cut_changed_or_too_long_is_refused() {
         let mut archive = Archive::open(Cursor::new(bytes.to_vec()), LIMIT).unwrap();
         archive.floats_within("a", &[Some(2), Some(3)], &[1, 1])
     };
-    assert_eq!(read(&zipped("a.npy", &whole)).unwrap().into_c_order(), [1.0]);
+    assert_eq!(
+        read(&zipped("a.npy", &whole)).unwrap().into_c_order(),
+        [1.0]
+    );
     let cut = zipped("a.npy", &whole[..whole.len() - 8]);
     refusal(read(&cut), &["`a`", "intact data"]);
     let long = zipped("a.npy", &[&whole[..], &[0; 8]].concat());
@@ -176,11 +179,17 @@ fn what_is_no_archive_or_claims_too_much_is_refused() {
     for shape in ["(9999999999,)", "(0, 4294967296, 4294967296, 2)"] {
         let lying = zipped("a.npy", &header(shape));
         let mut archive = Archive::open(Cursor::new(lying), LIMIT).unwrap();
-        refusal(archive.floats("a", &[None]), &["`a`", "header", "more elements"]);
+        refusal(
+            archive.floats("a", &[None]),
+            &["`a`", "header", "more elements"],
+        );
     }
     let array = zipped("a.npy", &npy(Order::C, &[2, 3], &[0.0; 6]));
     let mut small = Archive::open(Cursor::new(array), 16).unwrap();
-    refusal(small.floats("a", &[None, None]), &["at most 16 bytes", "48"]);
+    refusal(
+        small.floats("a", &[None, None]),
+        &["at most 16 bytes", "48"],
+    );
 }
 
 #[test]

@@ -384,7 +384,12 @@ impl CoreAvatar {
         rate_hz: Option<f64>,
         up: Option<String>,
     ) -> Result<CoreMotion, JsValue> {
-        let options = read_options(&joints, animation_choice(&animation), rate_hz, up.as_deref())?;
+        let options = read_options(
+            &joints,
+            animation_choice(&animation),
+            rate_hz,
+            up.as_deref(),
+        )?;
         Ok(CoreMotion::from_file(
             bytes,
             &options,

@@ -198,13 +198,20 @@ impl CoreMotion {
         up: Option<String>,
         progress: &js_sys::Function,
     ) -> Result<CoreMotion, JsValue> {
-        let options = read_options(&joints, animation_choice(&animation), rate_hz, up.as_deref())?;
+        let options = read_options(
+            &joints,
+            animation_choice(&animation),
+            rate_hz,
+            up.as_deref(),
+        )?;
         let rest_m: Vec<Vec3> = joints_rest_m
             .chunks_exact(3)
             .map(Vec3::from_slice)
             .collect();
         let rest_m = <[Vec3; JOINT_COUNT]>::try_from(rest_m).map_err(|_| {
-            Thrown::argument(format!("There are {JOINT_COUNT} rest joints, three numbers each."))
+            Thrown::argument(format!(
+                "There are {JOINT_COUNT} rest joints, three numbers each."
+            ))
         })?;
         let mut tell = |done: f64| {
             // Whoever listens cannot stop the reading, so its errors are of no use here.

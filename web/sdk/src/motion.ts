@@ -90,8 +90,8 @@ export interface JointReport {
   notes: string[];
 }
 
-/** Most poses of a motion, as in the core: 50 minutes at 60 Hz. */
-const MAX_POSES = 180_000;
+/** Most poses of a motion, as in the core: 45 minutes at 60 Hz. */
+const MAX_POSES = 162_000;
 
 /** Largest motion file in bytes. */
 const MAX_FILE_BYTES = 256 * 2 ** 20;
@@ -233,7 +233,7 @@ export class Motion {
    * @param name - the motion's name, for people
    * @throws DynaSkinError `argument` for what is no Float64Array of whole poses, `pose` for numbers
    *   that are not finite or quaternions that are not of unit length, `motion` for no poses, more than
-   *   180,000, or a rate out of range
+   *   162,000, or a rate out of range
    */
   static fromPoses(poses: Float64Array, rateHz: number, avatar: Avatar, name = "poses"): Motion {
     if (!(poses instanceof Float64Array)) {

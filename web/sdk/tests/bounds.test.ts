@@ -49,7 +49,7 @@ describe("what is too large", () => {
     for (const read of [Motion.fromFile, Motion.fromBvh, Motion.animations]) {
       await expectError("motion", () => read(file, avatar));
     }
-    await expectError("motion", () => Motion.fromPoses(new Float64Array(99 * 180_001), 60, avatar));
+    await expectError("motion", () => Motion.fromPoses(new Float64Array(99 * 162_001), 60, avatar));
     await expectError("state", () => avatar.restore(file));
     await expectError("argument", () => avatar.showOffsets(new Float32Array(2 ** 26)));
     const name = "x".repeat(2 ** 20);
