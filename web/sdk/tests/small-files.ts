@@ -208,9 +208,7 @@ export function smallFiles(): SmallFile[] {
         "0.02",
       ),
     ),
-    read("glTF, two keys 45 minutes apart", () =>
-      animated(figure(0, 4_000), 2, LONG_SECONDS, 1),
-    ),
+    read("glTF, two keys 45 minutes apart", () => animated(figure(0, 4_000), 2, LONG_SECONDS, 1)),
     refused("glTF, two keys 45 minutes apart on a chain of 4,000", () =>
       animated(figure(4_000, 0), 2, LONG_SECONDS, 1),
     ),
