@@ -99,7 +99,13 @@ async function installLocked() {
 
 /** What the registry's users check before they trust a package. */
 async function lint() {
-  for (const name of ["LICENSE-MIT", "LICENSE-APACHE", "README.md"]) {
+  for (const name of [
+    "LICENSE-MIT",
+    "LICENSE-APACHE",
+    "README.md",
+    "THIRD_PARTY_NOTICES.txt",
+    "sbom.cdx.json",
+  ]) {
     if (!existsSync(installed("dynaskin", name))) throw new Error(`The package lacks ${name}.`);
   }
   await node("publint/src/cli.js", "run", "node_modules/dynaskin", "--strict");

@@ -69,6 +69,11 @@ impl<'a> Document<'a> {
         &self.json
     }
 
+    /// Length of the binary buffer in bytes.
+    pub fn binary_len(&self) -> usize {
+        self.binary.len()
+    }
+
     /// The component type of accessor `index`.
     ///
     /// # Errors

@@ -8,7 +8,7 @@
 use std::io::{Read, Seek};
 
 use dynaskin_body::{JOINT_COUNT, Pose};
-use dynaskin_npz::{Archive, Array, NpzError};
+use dynaskin_npz::{Archive, NpzError};
 use glam::{DQuat, DVec3, Vec3};
 
 use crate::clip::check_range;
@@ -82,8 +82,8 @@ impl Amass {
     pub fn read_with(reader: impl Read + Seek, options: &ReadOptions) -> Result<Self, MotionError> {
         options.check_unused("SMPL poses", &["joints", "animation"])?;
         let mut file = Archive::open(reader, MAX_ARRAY_BYTES)?;
-        let poses = Poses::read(&mut file)?;
-        let count = poses.count();
+        let arrays = Arrays::find(&mut file)?;
+        let count = arrays.count;
         let trans_key = key_of(&file, &TRANS_KEYS).unwrap_or(TRANS_KEYS[0]);
         let trans = file.floats(trans_key, &[Some(count), Some(3)])?;
         let rate_hz = match (options.rate_hz, key_of(&file, &RATE_KEYS)) {
@@ -109,18 +109,11 @@ impl Amass {
         };
         let betas = betas(&mut file)?;
         let dmpl_count = dmpl_count(&mut file, count)?;
-        let frames: Vec<Pose> = (0..count)
-            .map(|frame| {
-                let mut pose = Pose::REST;
-                pose.root_translation_m = vector(|axis| trans.at(&[frame, axis]));
-                for joint in 0..poses.joint_count() {
-                    let turn = poses.turn(frame, joint);
-                    pose.parent_from_joint[joint] = DQuat::from_scaled_axis(turn).normalize();
-                }
-                pose
-            })
-            .collect();
-        drop(poses);
+        let mut frames = arrays.poses(&mut file)?;
+        for (frame, pose) in frames.iter_mut().enumerate() {
+            pose.root_translation_m =
+                DVec3::from_array([0, 1, 2].map(|axis| trans.at(&[frame, axis])));
+        }
         check_distance(&frames)?;
         let mut notes = Vec::new();
         let up = options.up.or(said).unwrap_or_else(|| {
@@ -193,14 +186,16 @@ impl Amass {
     }
 }
 
-/// Rotation vectors of all frames: in one array, or root and body in two.
-struct Poses {
-    /// Each array, the first of its joints and how many are taken.
-    parts: Vec<(Array<f64>, usize, usize)>,
+/// Where the rotation vectors stand: in one array, or root and body in two.
+struct Arrays {
+    /// Number of frames.
+    count: usize,
+    /// Key and shape of each array, the first of its joints and how many are taken.
+    parts: Vec<(&'static str, Vec<usize>, usize, usize)>,
 }
 
-impl Poses {
-    fn read(file: &mut Archive<impl Read + Seek>) -> Result<Self, MotionError> {
+impl Arrays {
+    fn find(file: &mut Archive<impl Read + Seek>) -> Result<Self, MotionError> {
         let keys = file.keys();
         if let Some(pickle) = keys.is_empty().then_some(PICKLE) {
             return Err(pickle);
@@ -229,10 +224,9 @@ impl Poses {
                     return Err(NpzError::array(body_key, expected, got).into());
                 }
                 let joints = taken(body_width + 3) - 1;
-                let root = vectors(file, root_key, &root, 1)?;
-                let body = vectors(file, body_key, &body, joints)?;
                 Ok(Self {
-                    parts: vec![(root, 0, 1), (body, 1, joints)],
+                    count: root[0],
+                    parts: vec![(root_key, root, 0, 1), (body_key, body, 1, joints)],
                 })
             }
             (one, ..) => {
@@ -251,31 +245,51 @@ impl Poses {
                                     `pose_body`, and the root `root_orient`";
                     return Err(bad(key, expected, width));
                 }
-                let joints = taken(width);
                 Ok(Self {
-                    parts: vec![(vectors(file, key, &shape, joints)?, 0, joints)],
+                    count: shape[0],
+                    parts: vec![(key, shape, 0, taken(width))],
                 })
             }
         }
     }
 
-    fn count(&self) -> usize {
-        self.parts.first().map_or(0, |(array, ..)| array.shape[0])
-    }
-
-    fn joint_count(&self) -> usize {
-        self.parts.iter().map(|(_, _, joints)| joints).sum()
-    }
-
-    fn turn(&self, frame: usize, joint: usize) -> DVec3 {
-        let part = self.parts.iter().rfind(|(_, first, _)| *first <= joint);
-        part.map_or(DVec3::ZERO, |(array, first, _)| {
-            let joint = joint - first;
-            vector(|axis| match array.shape.len() {
-                3 => array.at(&[frame, joint, axis]),
-                _ => array.at(&[frame, 3 * joint + axis]),
-            })
-        })
+    /// The poses, without their translations. The numbers go where they belong as they are unpacked: an
+    /// array of them would take as much memory again.
+    fn poses(&self, file: &mut Archive<impl Read + Seek>) -> Result<Vec<Pose>, MotionError> {
+        let mut frames = vec![Pose::REST; self.count];
+        for (key, shape, first, joints) in &self.parts {
+            let whole: Vec<Option<usize>> = shape.iter().copied().map(Some).collect();
+            let most = match shape.len() {
+                3 => [usize::MAX, *joints],
+                _ => [usize::MAX, 3 * joints],
+            };
+            file.visit_floats(key, &whole, &most, |index, number| {
+                let (frame, joint, axis) = match *index {
+                    [frame, joint, axis] => (frame, joint, axis),
+                    [frame, column] => (frame, column / 3, column % 3),
+                    _ => return,
+                };
+                // A rotation vector on its way to a rotation.
+                let turn = frames.get_mut(frame);
+                let turn = turn.and_then(|pose| pose.parent_from_joint.get_mut(first + joint));
+                if let Some(turn) = turn {
+                    match axis {
+                        0 => turn.x = number,
+                        1 => turn.y = number,
+                        _ => turn.z = number,
+                    }
+                }
+            })?;
+        }
+        let joints: usize = self.parts.iter().map(|(.., joints)| joints).sum();
+        for turn in frames
+            .iter_mut()
+            .flat_map(|pose| pose.parent_from_joint.iter_mut().take(joints))
+        {
+            let vector = DVec3::new(turn.x, turn.y, turn.z);
+            *turn = DQuat::from_scaled_axis(vector).normalize();
+        }
+        Ok(frames)
     }
 }
 
@@ -312,21 +326,6 @@ fn vectors_shape(
             Err(NpzError::array(key, expected, format!("shape {shape:?}")).into())
         }
     }
-}
-
-/// The rotation vectors of the first joints.
-fn vectors(
-    file: &mut Archive<impl Read + Seek>,
-    key: &'static str,
-    shape: &[usize],
-    joints: usize,
-) -> Result<Array<f64>, MotionError> {
-    let whole: Vec<Option<usize>> = shape.iter().copied().map(Some).collect();
-    let most = match shape.len() {
-        3 => [usize::MAX, joints],
-        _ => [usize::MAX, 3 * joints],
-    };
-    Ok(file.floats_within(key, &whole, &most)?)
 }
 
 /// Numbers a frame.
@@ -402,10 +401,6 @@ fn up_by_body(frames: &[Pose]) -> (UpAxis, bool) {
     } else {
         (UpAxis::Z, false)
     }
-}
-
-fn vector(component: impl Fn(usize) -> f64) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(component))
 }
 
 fn check_distance(frames: &[Pose]) -> Result<(), MotionError> {

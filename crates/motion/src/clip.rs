@@ -5,9 +5,9 @@ use glam::{DQuat, DVec3};
 
 use crate::{MotionError, interpolate};
 
-/// Largest number of frames of a clip: 50 minutes at 60 Hz, about 143 MB of poses. A reader holds them
+/// Largest number of frames of a clip: 45 minutes at 60 Hz, about 128 MB of poses. A reader holds them
 /// twice for a moment, which a phone's browser still gives.
-pub const MAX_CLIP_FRAMES: usize = 180_000;
+pub const MAX_CLIP_FRAMES: usize = 162_000;
 
 /// How far, in frames, the last sample may lie beyond the end of a clip, whose last pose it is then.
 const LAST_FRAME_SLACK: f64 = 0.01;

@@ -81,11 +81,40 @@ impl<R: Read + Seek> Archive<R> {
         shape: &[Option<usize>],
         most: &[usize],
     ) -> Result<Array<f64>, NpzError> {
-        let array = self.numbers(key, shape, most, floats)?;
-        match array.values.iter().find(|value| !value.is_finite()) {
-            Some(value) => Err(NpzError::array(key, "finite numbers", value.to_string())),
-            None => Ok(array),
-        }
+        let mut odd = None;
+        let array = self.numbers(key, shape, most, |file, part, sink| {
+            floats(file, part, &mut |index, value| {
+                odd = odd.or((!value.is_finite()).then_some(value));
+                sink(index, value);
+            })
+        })?;
+        finite(key, odd)?;
+        Ok(array)
+    }
+
+    /// Like [`Self::floats_within`], but hands each number to `visit` with its index, for callers that
+    /// put them elsewhere: nothing of the array is held. Numbers come in the file's order.
+    ///
+    /// # Errors
+    /// As [`Self::floats`]; `visit` may have been called before.
+    pub fn visit_floats(
+        &mut self,
+        key: &str,
+        shape: &[Option<usize>],
+        most: &[usize],
+        mut visit: impl FnMut(&[usize], f64),
+    ) -> Result<(), NpzError> {
+        let mut odd = None;
+        self.with_array(key, shape, |header, data| {
+            let part = part_of(header, most);
+            decode(key, header, data, |file| {
+                floats(file, &part, &mut |index, value| {
+                    odd = odd.or((!value.is_finite()).then_some(value));
+                    visit(index, value);
+                })
+            })
+        })?;
+        finite(key, odd)
     }
 
     /// Like [`Self::floats`] in single precision, half the memory for long sequences. NaN and infinity
@@ -98,9 +127,9 @@ impl<R: Read + Seek> Archive<R> {
         key: &str,
         shape: &[Option<usize>],
     ) -> Result<Array<f32>, NpzError> {
-        self.numbers(key, shape, &[], |file, part| {
-            let file = cast::<f32, _>(file, part, |x| x)?;
-            cast::<f64, _>(file, part, |x| x as f32)
+        self.numbers(key, shape, &[], |file, part, sink| {
+            let file = cast::<f32, _>(file, part, |x| x, sink)?;
+            cast::<f64, _>(file, part, |x| x as f32, sink)
         })
     }
 
@@ -126,8 +155,8 @@ impl<R: Read + Seek> Archive<R> {
                 format!("shape {shape:?}"),
             ));
         }
-        let array = self.numbers(key, &one, &[], |file, part| {
-            integers(floats(file, part)?, part)
+        let array = self.numbers(key, &one, &[], |file, part, sink| {
+            integers(floats(file, part, sink)?, part, sink)
         })?;
         array
             .values
@@ -142,8 +171,33 @@ impl<R: Read + Seek> Archive<R> {
         key: &str,
         expected: &[Option<usize>],
         most: &[usize],
-        read: impl for<'a> FnOnce(Source<'a>, &Part) -> Cast<'a, T>,
+        read: impl for<'a> FnOnce(Source<'a>, &Part, Sink<'_, T>) -> Cast<'a>,
     ) -> Result<Array<T>, NpzError> {
+        self.with_array(key, expected, |header, data| {
+            let part = part_of(header, most);
+            let mut values = Vec::with_capacity(part.count());
+            decode(key, header, data, |file| {
+                read(file, &part, &mut |_, value| values.push(value))
+            })?;
+            let strides = match header.order() {
+                Order::C => strides(part.kept.iter().rev(), true),
+                Order::Fortran => strides(part.kept.iter(), false),
+            };
+            Ok(Array {
+                shape: part.kept,
+                strides,
+                values,
+            })
+        })
+    }
+
+    /// Hands out the header of an array, whose shape and size are checked, and what follows it.
+    fn with_array<T>(
+        &mut self,
+        key: &str,
+        expected: &[Option<usize>],
+        work: impl FnOnce(&NpyHeader, &mut dyn Read) -> Result<T, NpzError>,
+    ) -> Result<T, NpzError> {
         self.with_entry(key, |header, data| {
             let shape = lengths(header);
             let fits = shape.len() == expected.len()
@@ -158,7 +212,7 @@ impl<R: Read + Seek> Archive<R> {
                     format!("shape {shape:?}"),
                 ));
             }
-            decode(key, header, data, most, read)
+            work(header, data)
         })
     }
 
@@ -198,66 +252,71 @@ impl<R: Read + Seek> Archive<R> {
 /// An array whose elements have not been read.
 type Source<'a> = NpyFile<&'a mut dyn Read>;
 
-/// `Err` with the elements (or why they cannot be read) once a type fits: that ends a chain of `?`.
-/// `Ok` gives the file back, to try the next type.
-type Cast<'a, T> = Result<Source<'a>, io::Result<Vec<T>>>;
+/// Where numbers go, each with its index.
+type Sink<'a, T> = &'a mut dyn FnMut(&[usize], T);
+
+/// `Err` once a type fits and all elements went where they belong (or why they did not): that ends a
+/// chain of `?`. `Ok` gives the file back, to try the next type.
+type Cast<'a> = Result<Source<'a>, io::Result<()>>;
 
 fn cast<'a, S: Deserialize, T>(
     file: Source<'a>,
     part: &Part,
     convert: impl Fn(S) -> T,
-) -> Cast<'a, T> {
+    sink: Sink<'_, T>,
+) -> Cast<'a> {
     match file.try_data::<S>() {
-        Ok(mut reader) => Err(part.take(|| reader.next(), convert)),
+        Ok(mut reader) => {
+            Err(part.visit(|| reader.next(), |index, value| sink(index, convert(value))))
+        }
         Err(file) => Ok(file),
     }
 }
 
-fn floats<'a>(file: Source<'a>, part: &Part) -> Cast<'a, f64> {
-    let file = cast::<f64, _>(file, part, |x| x)?;
-    cast::<f32, _>(file, part, f64::from)
+fn floats<'a>(file: Source<'a>, part: &Part, sink: Sink<'_, f64>) -> Cast<'a> {
+    let file = cast::<f64, _>(file, part, |x| x, sink)?;
+    cast::<f32, _>(file, part, f64::from, sink)
 }
 
-fn integers<'a>(file: Source<'a>, part: &Part) -> Cast<'a, f64> {
-    let file = cast::<u32, _>(file, part, f64::from)?;
-    let file = cast::<i32, _>(file, part, f64::from)?;
-    let file = cast::<i64, _>(file, part, |x| x as f64)?;
-    cast::<u64, _>(file, part, |x| x as f64)
+fn integers<'a>(file: Source<'a>, part: &Part, sink: Sink<'_, f64>) -> Cast<'a> {
+    let file = cast::<u32, _>(file, part, f64::from, sink)?;
+    let file = cast::<i32, _>(file, part, f64::from, sink)?;
+    let file = cast::<i64, _>(file, part, |x| x as f64, sink)?;
+    cast::<u64, _>(file, part, |x| x as f64, sink)
 }
 
-fn decode<T>(
+fn finite(key: &str, odd: Option<f64>) -> Result<(), NpzError> {
+    match odd {
+        None => Ok(()),
+        Some(value) => Err(NpzError::array(key, "finite numbers", value.to_string())),
+    }
+}
+
+fn part_of(header: &NpyHeader, most: &[usize]) -> Part {
+    Part::new(&lengths(header), most, header.order() == Order::Fortran)
+}
+
+/// Reads all elements, and what the archive says of them at their end.
+fn decode(
     key: &str,
     header: &NpyHeader,
     data: &mut dyn Read,
-    most: &[usize],
-    read: impl for<'a> FnOnce(Source<'a>, &Part) -> Cast<'a, T>,
-) -> Result<Array<T>, NpzError> {
+    read: impl for<'a> FnOnce(Source<'a>) -> Cast<'a>,
+) -> Result<(), NpzError> {
     let broken = |got: String| NpzError::array(key, "intact data", got);
-    let is_fortran = header.order() == Order::Fortran;
-    let part = Part::new(&lengths(header), most, is_fortran);
-    let values = match read(NpyFile::with_header(header.clone(), &mut *data), &part) {
+    match read(NpyFile::with_header(header.clone(), &mut *data)) {
         Ok(_) => {
-            let dtype = header.dtype().descr();
-            let got = format!("dtype {dtype}");
+            let got = format!("dtype {}", header.dtype().descr());
             return Err(NpzError::array(key, "32 or 64-bit numbers", got));
         }
-        Err(values) => values.map_err(|error| broken(error.to_string()))?,
-    };
+        Err(outcome) => outcome.map_err(|error| broken(error.to_string()))?,
+    }
     // At the end the archive's checksum is compared.
     match data.read(&mut [0]) {
-        Ok(0) => {}
-        Ok(_) => return Err(broken("more than the shape asks for".to_owned())),
-        Err(error) => return Err(broken(error.to_string())),
+        Ok(0) => Ok(()),
+        Ok(_) => Err(broken("more than the shape asks for".to_owned())),
+        Err(error) => Err(broken(error.to_string())),
     }
-    let strides = match is_fortran {
-        false => strides(part.kept.iter().rev(), true),
-        true => strides(part.kept.iter(), false),
-    };
-    Ok(Array {
-        shape: part.kept,
-        strides,
-        values,
-    })
 }
 
 fn lengths(header: &NpyHeader) -> Vec<usize> {

@@ -7,62 +7,64 @@ use std::io;
 pub struct Part {
     /// Length of each axis of what is kept.
     pub kept: Vec<usize>,
-    /// Length in the file and length kept of the axis along which the file's elements are neighbours.
-    run: (usize, usize),
-    /// The same of all other axes, the next fastest first.
-    outer: Vec<(usize, usize)>,
+    /// Length of each axis in the file.
+    whole: Vec<usize>,
+    /// The axes, that along which the file's elements are neighbours first.
+    fastest_first: Vec<usize>,
 }
 
 impl Part {
     /// At most `most[axis]` elements along each axis of an array of this shape.
     pub fn new(shape: &[usize], most: &[usize], is_fortran: bool) -> Self {
         let kept = |axis: usize| shape[axis].min(most.get(axis).copied().unwrap_or(usize::MAX));
-        let mut axes: Vec<usize> = (0..shape.len()).collect();
+        let mut fastest_first: Vec<usize> = (0..shape.len()).collect();
         if !is_fortran {
-            axes.reverse();
+            fastest_first.reverse();
         }
-        let mut lengths = axes.iter().map(|&axis| (shape[axis], kept(axis)));
-        let run = lengths.next().unwrap_or((1, 1));
         Self {
             kept: (0..shape.len()).map(kept).collect(),
-            run,
-            outer: lengths.collect(),
+            whole: shape.to_vec(),
+            fastest_first,
         }
     }
 
-    /// Takes the kept ones of all elements, which come in the file's order.
-    pub fn take<S, T>(
+    /// Number of elements that are kept.
+    pub fn count(&self) -> usize {
+        self.kept.iter().product()
+    }
+
+    /// Hands the kept ones of all elements, which come in the file's order, to `visit`, each with its
+    /// index.
+    pub fn visit<S>(
         &self,
         mut next: impl FnMut() -> Option<io::Result<S>>,
-        convert: impl Fn(S) -> T,
-    ) -> io::Result<Vec<T>> {
-        let count = |(whole, kept): (usize, usize), (length, part)| (whole * length, kept * part);
-        let (runs, kept_runs) = self.outer.iter().copied().fold((1, 1), count);
-        let (length, kept) = self.run;
-        if length == 0 {
-            return Ok(Vec::new());
+        mut visit: impl FnMut(&[usize], S),
+    ) -> io::Result<()> {
+        let mut index = vec![0; self.whole.len()];
+        if self.whole.contains(&0) {
+            return Ok(());
         }
-        let mut values = Vec::with_capacity(kept_runs * kept);
-        let mut index = vec![0; self.outer.len()];
-        for _ in 0..runs {
-            let is_kept = index
+        loop {
+            let value = next().ok_or(io::ErrorKind::UnexpectedEof)??;
+            if index
                 .iter()
-                .zip(&self.outer)
-                .all(|(place, (_, kept))| place < kept);
-            for place in 0..length {
-                let value = next().ok_or(io::ErrorKind::UnexpectedEof)??;
-                if is_kept && place < kept {
-                    values.push(convert(value));
-                }
+                .zip(&self.kept)
+                .all(|(place, kept)| place < kept)
+            {
+                visit(&index, value);
             }
-            for (place, (length, _)) in index.iter_mut().zip(&self.outer) {
-                *place += 1;
-                if *place < *length {
+            let mut is_last = true;
+            for &axis in &self.fastest_first {
+                index[axis] += 1;
+                if index[axis] < self.whole[axis] {
+                    is_last = false;
                     break;
                 }
-                *place = 0;
+                index[axis] = 0;
+            }
+            if is_last {
+                return Ok(());
             }
         }
-        Ok(values)
     }
 }

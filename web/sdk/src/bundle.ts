@@ -29,7 +29,11 @@ export interface Learned {
   shape?: [least: number, greatest: number][];
 }
 
-/** `bundle.json`: what belongs together, and where it comes from. */
+/**
+ * `bundle.json`: what belongs together, and where it comes from. Its texts (`name`, `licence`, all of
+ * `training` and `measured`) are its author's, of any length and content, and are not checked: show
+ * them as text, never as HTML, and make no address or file name of them.
+ */
 export interface Bundle {
   /** Always `dynaskin-bundle`. */
   format: string;

@@ -55,14 +55,16 @@ export interface LoadOptions {
   onProgress?: (progress: Progress) => void;
   /**
    * Called as soon as the body is there, before the networks are: make an avatar of it and show
-   * plain skinning in the meantime. It is the later model's {@link Model.body}.
+   * plain skinning in the meantime. It is the later model's {@link Model.body}. The body is that of the
+   * bundle's hash; whether to trust the bundle is for you to say ({@link integrity}).
    */
   onBody?: (body: Body) => void;
 }
 
 /**
  * Loads a model: the WebAssembly core, the body and the two networks, side by side. The files are read
- * from the folder of `bundle.json` and from nowhere else, whatever names stand in it.
+ * from the folder of `bundle.json` and from nowhere else, whatever names stand in it. Texts of the
+ * bundle and in messages of errors are its author's: show them as text, never as HTML.
  *
  * @throws DynaSkinError `fetch` (also for a file over 64 MiB), `wasm`, or what the core
  *   refuses: `bundle` (also a wrong hash, or a `body` that is not the bundle's), `body`, `network`

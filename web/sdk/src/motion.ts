@@ -54,7 +54,7 @@ export interface MotionFileOptions extends BvhOptions {
 
 /** An animation of a binary glTF file. */
 export interface AnimationInfo {
-  /** Its name; empty where it has none. */
+  /** Its name as it stands in the file, of any content; empty where it has none. */
   name: string;
   /** Time from its first keyframe to its last, in seconds. */
   seconds: number;
@@ -70,7 +70,7 @@ export interface MappedJoint {
   source: string;
 }
 
-/** What became of the joints of a motion file. */
+/** What became of the joints of a motion file. Names stand here as in the file: show them as text. */
 export interface JointReport {
   /** The body's joints and the file's joint that turns each. */
   mapped: MappedJoint[];
@@ -90,8 +90,8 @@ export interface JointReport {
   notes: string[];
 }
 
-/** Most poses of a motion, as in the core: 50 minutes at 60 Hz. */
-const MAX_POSES = 180_000;
+/** Most poses of a motion, as in the core: 45 minutes at 60 Hz. */
+const MAX_POSES = 162_000;
 
 /** Largest motion file in bytes. */
 const MAX_FILE_BYTES = 256 * 2 ** 20;
@@ -101,7 +101,7 @@ const MAX_FILE_BYTES = 256 * 2 ** 20;
  * change of shape, make it again, or feet leave the floor.
  */
 export class Motion {
-  /** Name of the motion. */
+  /** Name of the motion: for a file what stands in it, of any content. Show it as text, never as HTML. */
   readonly name: string;
   /** Length in seconds. */
   readonly durationSeconds: number;
@@ -233,7 +233,7 @@ export class Motion {
    * @param name - the motion's name, for people
    * @throws DynaSkinError `argument` for what is no Float64Array of whole poses, `pose` for numbers
    *   that are not finite or quaternions that are not of unit length, `motion` for no poses, more than
-   *   180,000, or a rate out of range
+   *   162,000, or a rate out of range
    */
   static fromPoses(poses: Float64Array, rateHz: number, avatar: Avatar, name = "poses"): Motion {
     if (!(poses instanceof Float64Array)) {

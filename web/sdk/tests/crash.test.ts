@@ -2,14 +2,13 @@
 // load() starts a new core.
 import { type Avatar, Motion, Puppet, restPose } from "dynaskin";
 import { describe, expect, it } from "vitest";
-import { startCore } from "../dist/core.js";
-import { expectError, largestOffset, loadModel } from "./support.js";
+import { coreMemory, expectError, largestOffset, loadModel } from "./support.js";
 
 const TICK = 1 / 60;
 
 /** Lets the core run out of memory, as a page with many bodies on a small phone does. */
 async function exhaust(avatar: Avatar): Promise<void> {
-  const { memory } = await startCore(undefined);
+  const memory = await coreMemory();
   const MOST_PAGES = 65_536;
   memory.grow(MOST_PAGES - memory.buffer.byteLength / 2 ** 16);
   const poses = new Float64Array(99 * 100_000);

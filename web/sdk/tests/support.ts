@@ -45,6 +45,15 @@ export function modelFiles(
   return { bundle: new TextEncoder().encode(JSON.stringify(bundle)), body, predictor, decoder };
 }
 
+/** The memory of the core that all models share, which is no part of what the package gives. */
+export async function coreMemory(): Promise<WebAssembly.Memory> {
+  const core = new URL("../dist/core.js", import.meta.url).href;
+  const { startCore } = (await import(core)) as {
+    startCore: (wasm: undefined) => Promise<{ memory: WebAssembly.Memory }>;
+  };
+  return (await startCore(undefined)).memory;
+}
+
 /** Expects our error with this code, and a message of at least a few words. */
 export async function expectError(code: string, work: () => unknown): Promise<DynaSkinError> {
   const error = await Promise.resolve()

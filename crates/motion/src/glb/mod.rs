@@ -63,7 +63,7 @@ impl GltfMotion {
     /// [`MotionError::Glb`] for what is no binary glTF 2.0 file.
     pub fn animations(bytes: &[u8]) -> Result<Vec<AnimationInfo>, MotionError> {
         let file = Document::parse(bytes)?;
-        check_keys(&file, bytes.len())?;
+        check_keys(&file)?;
         let nodes = nodes::skeleton(&file)?;
         Ok(animations(&file, &nodes, &joint_of(&file, &nodes)))
     }
@@ -89,7 +89,7 @@ impl GltfMotion {
             &["rate", "up axis"],
         )?;
         let file = Document::parse(bytes)?;
-        check_keys(&file, bytes.len())?;
+        check_keys(&file)?;
         let nodes = nodes::skeleton(&file)?;
         let joint_of = joint_of(&file, &nodes);
         let all = animations(&file, &nodes, &joint_of);

@@ -63,13 +63,16 @@ export async function readMotion(
 }
 
 function toSend(file: unknown): Blob | Uint8Array {
-  const isBlob = typeof Blob !== "undefined" && file instanceof Blob;
-  if (!isBlob && !(file instanceof Uint8Array || file instanceof ArrayBuffer)) {
-    throw new DynaSkinError(
-      "argument",
-      "readMotion takes a file as a Blob, or its bytes as an ArrayBuffer or a Uint8Array.",
-    );
+  if (file instanceof ArrayBuffer || file instanceof Uint8Array) {
+    checkMotionSize(file.byteLength);
+    return file instanceof ArrayBuffer ? new Uint8Array(file) : file;
   }
-  checkMotionSize(isBlob ? file.size : file.byteLength);
-  return file instanceof ArrayBuffer ? new Uint8Array(file) : file;
+  if (typeof Blob !== "undefined" && file instanceof Blob) {
+    checkMotionSize(file.size);
+    return file;
+  }
+  throw new DynaSkinError(
+    "argument",
+    "readMotion takes a file as a Blob, or its bytes as an ArrayBuffer or a Uint8Array.",
+  );
 }
