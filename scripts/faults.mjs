@@ -42,7 +42,12 @@ async function launch(name) {
   if (name === "chromium") {
     const executablePath = findChromium();
     if (!executablePath) return null;
-    return puppeteer.launch({ executablePath, headless: false, args: CHROMIUM, protocolTimeout: 0 });
+    return puppeteer.launch({
+      executablePath,
+      headless: false,
+      args: CHROMIUM,
+      protocolTimeout: 0,
+    });
   }
   const executablePath = findFirefox();
   if (!executablePath) return null;
@@ -153,7 +158,8 @@ async function force(name, rounds) {
 
 main(async () => {
   const [rounds, ...names] = process.argv.slice(2);
-  if (!(Number(rounds) > 0)) throw new Error("Give the rounds of each kind: `npm run faults -- 100`.");
+  if (!(Number(rounds) > 0))
+    throw new Error("Give the rounds of each kind: `npm run faults -- 100`.");
   if (!existsSync(join(SDK, "dist", "index.js"))) {
     throw new Error("There is no SDK to try: run `npm test -- wasm tsc` first.");
   }

@@ -17,10 +17,18 @@ const SETTLED_STEPS = 100_000;
 
 /** Steps between two looks, and between two lines. */
 const PART_STEPS = 20_000;
-const LINE_STEPS = 500_000;
+const LINE_STEPS = 200_000;
 
 /** Memory may grow by so much after {@link SETTLED_STEPS}. */
 const MOST_GROWTH_BYTES = 1e6;
+
+/** Ended by hand: what was walked until then is judged. */
+let isInterrupted = false;
+for (const signal of ["SIGINT", "SIGTERM"]) {
+  process.on(signal, () => {
+    isInterrupted = true;
+  });
+}
 
 /**
  * Walks in one engine, part by part.
@@ -31,7 +39,7 @@ const MOST_GROWTH_BYTES = 1e6;
 async function walk(name, steps, engine) {
   const startMs = performance.now();
   const early = {};
-  for (let done = 0; done < steps; ) {
+  for (let done = 0; done < steps && !isInterrupted; ) {
     const next = early.heapBytes === undefined ? Math.min(steps, SETTLED_STEPS) : steps;
     done = (await engine.advance(Math.min(PART_STEPS, next - done))).steps;
     if (early.heapBytes === undefined && done >= Math.min(steps, SETTLED_STEPS)) {
@@ -39,12 +47,14 @@ async function walk(name, steps, engine) {
       early.probeMs = await engine.probeMs();
       early.wasmBytes = (await engine.look()).wasmBytes;
     }
+    // Signals arrive between two parts.
+    await new Promise(setImmediate);
     if (done % LINE_STEPS < PART_STEPS) {
-      const { hash, wasmBytes } = await engine.look();
+      const { hash, wasmBytes, problems } = await engine.look();
       const seconds = (performance.now() - startMs) / 1000;
       say(
         `  ${name}: ${done.toLocaleString("en")} steps in ${seconds.toFixed(0)} s, ${hash}, ` +
-          `${(wasmBytes / 1e6).toFixed(1)} MB of wasm`,
+          `${(wasmBytes / 1e6).toFixed(1)} MB of wasm, ${problems.length} faults`,
       );
     }
   }
@@ -112,7 +122,10 @@ async function inChromium(executablePath, steps, seed) {
           return performance.memory.usedJSHeapSize;
         }),
       look: () =>
-        page.evaluate((source) => new Function(`return (${source})`)()(globalThis.walk), `${lookAt}`),
+        page.evaluate(
+          (source) => new Function(`return (${source})`)()(globalThis.walk),
+          `${lookAt}`,
+        ),
     });
   } finally {
     await browser.close();
@@ -133,7 +146,9 @@ function judge({ name, steps, calls, refusals, seconds, problems, marks, early, 
   say(`  numbers that are not finite, or other faults: ${problems.length}`);
   say(`  wasm memory: ${megabytes(rest.wasmBytes)}, grown by ${megabytes(wasmGrowth)}`);
   say(`  JavaScript's memory: ${megabytes(late.heapBytes)}, grown by ${megabytes(heapGrowth)}`);
-  say(`  a plain step: ${early.probeMs.toFixed(3)} ms at first, ${late.probeMs.toFixed(3)} ms at last`);
+  say(
+    `  a plain step: ${early.probeMs.toFixed(3)} ms at first, ${late.probeMs.toFixed(3)} ms at last`,
+  );
   const [first, last] = [marks[0], marks.at(-1)].map((mark) => mark?.msPerStep ?? Number.NaN);
   say(`  a step of the walk: ${first.toFixed(3)} ms at first, ${last.toFixed(3)} ms at last`);
   for (const [what, growth] of [

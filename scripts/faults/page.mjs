@@ -6,7 +6,7 @@
 const HANGING_MS = 20_000;
 
 /** A worker that is silent for so long is given up. */
-const SILENT_MS = 600;
+const SILENT_MS = 4000;
 
 let sdk;
 let workers;
@@ -46,7 +46,7 @@ async function outcome(promise, limitMs = HANGING_MS) {
 
 const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-const isFinite = (floats) => floats.every(Number.isFinite);
+const areFinite = (floats) => floats.every(Number.isFinite);
 
 /** Draws, loses the graphics card, gets it back and draws again. */
 async function losses(rounds, backend, lose) {
@@ -140,7 +140,7 @@ export async function aborts(rounds) {
 /** Workers that end by themselves while they load, make avatars, step and save. */
 export async function killedWorkers(rounds) {
   const tally = newTally();
-  const AT_ONCE = 4;
+  const AT_ONCE = 6;
   for (let round = 0; round < rounds; round += AT_ONCE) {
     const lives = Array.from({ length: Math.min(AT_ONCE, rounds - round) }, (_, idx) =>
       killed(round + idx, tally),
@@ -219,7 +219,7 @@ export async function show() {
       avatar.step(pose, dtSeconds);
       worker.step(pose, dtSeconds);
       if (avatar.timings.settledBecause === "stall") state.stalls += 1;
-      if (!isFinite(avatar.skinMatrices)) state.problems.push("a number is not finite");
+      if (!areFinite(avatar.skinMatrices)) state.problems.push("a number is not finite");
     } catch (error) {
       state.problems.push(error.message);
     }

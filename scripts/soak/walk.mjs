@@ -62,14 +62,14 @@ class Hash {
   /** Every `stride`-th float from `start` on; whether they are finite. */
   floats(floats, start = 0, stride = 1) {
     const words = new Uint32Array(floats.buffer, floats.byteOffset, floats.length);
-    let isFinite = true;
+    let areFinite = true;
     for (let idx = start; idx < words.length; idx += stride) {
       const word = words[idx];
       // An exponent of ones: infinite, or not a number.
-      if ((word & 0x7f800000) === 0x7f800000) isFinite = false;
+      if ((word & 0x7f800000) === 0x7f800000) areFinite = false;
       this.add(word);
     }
-    return isFinite;
+    return areFinite;
   }
 
   get text() {
@@ -132,8 +132,7 @@ export class Walk {
   /** Goes on for so many steps of avatars, which a crowd's step makes several of. */
   advance(count) {
     const end = this.steps + count;
-    const startMs = performance.now();
-    let lastMs = startMs;
+    let lastMs = performance.now();
     while (this.steps < end) {
       const next = (Math.floor(this.steps / MARK_STEPS) + 1) * MARK_STEPS;
       while (this.steps < Math.min(next, end)) this.#call();
@@ -183,7 +182,7 @@ export class Walk {
     this.calls += 1;
     const random = this.#random;
     try {
-      if (!random.oneIn(24)) this.#step(random.of(this.#actors));
+      if (!random.oneIn(48)) this.#step(random.of(this.#actors));
       else if (random.oneIn(3)) this.#stepAll();
       else this.#change(random.of(this.#actors));
     } catch (error) {
@@ -200,7 +199,7 @@ export class Walk {
   #dtSeconds() {
     const random = this.#random;
     if (random.oneIn(500)) return random.of([0, 0.3, 5, 86_400, 1e-9]);
-    return random.of([1 / 60, 1 / 60, 1 / 60, 1 / 120, 1 / 144, 1 / 30, random.between(0, 0.05)]);
+    return random.of([1 / 60, 1 / 60, 1 / 120, 1 / 144, 1 / 240, random.between(0, 0.03)]);
   }
 
   #step(actor) {
@@ -225,22 +224,21 @@ export class Walk {
   /** Takes the surface into the hash, and checks that it is finite. */
   #look(avatar) {
     const hash = this.#hash;
-    let isFinite = hash.floats(avatar.skinMatrices);
+    let areFinite = hash.floats(avatar.skinMatrices);
     if (this.steps % FULL_EVERY === 0) {
       const { positions, normals } = avatar.skinned();
       for (const floats of [avatar.offsets, avatar.positions, avatar.normals, positions, normals]) {
-        isFinite &&= hash.floats(floats);
+        areFinite &&= hash.floats(floats);
       }
     } else {
-      isFinite &&= hash.floats(avatar.offsets, this.steps % STRIDE, STRIDE);
+      areFinite &&= hash.floats(avatar.offsets, this.steps % STRIDE, STRIDE);
     }
-    if (!isFinite) this.#fail("a number is not finite");
+    if (!areFinite) this.#fail("a number is not finite");
   }
 
   #change(actor) {
     const random = this.#random;
     const changes = [
-      () => this.#teleport(actor),
       () => this.#teleport(actor),
       () => this.#control(actor.avatar),
       () => this.#control(actor.avatar),
@@ -309,13 +307,18 @@ export class Walk {
     const random = this.#random;
     if (random.oneIn(3)) avatar.visible = random.oneIn(2);
     else if (random.oneIn(4)) avatar.dynamics = !random.oneIn(3);
-    else if (random.oneIn(4)) avatar.poseSource = random.of(SOURCES);
-    else avatar.detail = random.of(DETAILS);
+    else this.#sourceOrDetail(avatar);
     // Nobody stays away for ever.
     if (random.oneIn(2)) {
       avatar.visible = true;
       avatar.dynamics = true;
     }
+  }
+
+  #sourceOrDetail(avatar) {
+    const random = this.#random;
+    if (random.oneIn(4)) avatar.poseSource = random.of(SOURCES);
+    else avatar.detail = random.of(DETAILS);
   }
 
   #reshape(avatar) {

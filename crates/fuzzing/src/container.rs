@@ -55,7 +55,7 @@ pub fn zip_entries(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     let mut entries = Vec::new();
     for idx in 0..archive.len().min(16) {
         let entry = archive.by_index(idx).ok()?;
-        let name = entry.name().to_owned();
+        let name = entry.name().ok()?.into_owned();
         let mut contents = Vec::new();
         entry.take(MAX_ENTRY).read_to_end(&mut contents).ok()?;
         entries.push((name, contents));
