@@ -61,11 +61,9 @@ async function build(targets) {
   return join(cargoTargetDir(), triple, "release");
 }
 
-/** The command that writes seeds, and packs inputs and unpacks them. */
-async function corpus(...args) {
-  const example = ["run", "--quiet", "-p", "dynaskin-fuzzing", "--example", "corpus", "--"];
-  await run("cargo", [...example, ...args]);
-}
+/** Has a fuzzer write its seeds, or save what it found. */
+const corpus = (programs, name, ...words) =>
+  run(join(programs, name), [], { env: { DYNASKIN_CORPUS: words.join("\t") } });
 
 const corpusOf = (name) => join(FUZZ, "corpus", name);
 
@@ -113,10 +111,7 @@ function row(cells) {
 async function fuzzAll(minutes, targets) {
   const programs = await build(targets);
   const faults = [];
-  for (const name of targets) {
-    await corpus("seeds", name, corpusOf(name));
-    await corpus("unpack", name, corpusOf(name));
-  }
+  for (const name of targets) await corpus(programs, name, "write", corpusOf(name));
   row(HEADS);
   let runs = 0;
   for (const name of targets) {
@@ -139,7 +134,7 @@ async function fuzzAll(minutes, targets) {
 async function save(targets) {
   const programs = await build(targets);
   for (const name of targets) {
-    await corpus("seeds", name, corpusOf(name));
+    await corpus(programs, name, "write", corpusOf(name));
     const merged = `${corpusOf(name)}-merged`;
     rmSync(merged, { recursive: true, force: true });
     mkdirSync(merged, { recursive: true });
@@ -147,7 +142,7 @@ async function save(targets) {
     await run(join(programs, name), args, { quiet: true });
     rmSync(corpusOf(name), { recursive: true, force: true });
     renameSync(merged, corpusOf(name));
-    await corpus("pack", name, corpusOf(name), `${SAVED_BYTES}`);
+    await corpus(programs, name, "save", corpusOf(name), SAVED_BYTES);
   }
 }
 

@@ -2,6 +2,8 @@
 
 #![allow(missing_docs)] // The macro makes what libFuzzer calls.
 
+use std::path::Path;
+
 pub use dynaskin_fuzzing::Target;
 pub use libfuzzer_sys;
 
@@ -11,14 +13,37 @@ macro_rules! fuzz_reader {
     ($target:ident) => {
         use $crate::libfuzzer_sys;
 
-        libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-            $crate::Target::$target.check(bytes);
-        });
+        libfuzzer_sys::fuzz_target!(
+            init: $crate::do_task($crate::Target::$target),
+            |bytes: &[u8]| {
+                $crate::Target::$target.check(bytes);
+            }
+        );
 
         libfuzzer_sys::fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
             $crate::mutate($crate::Target::$target, data, size, max_size, seed)
         });
     };
+}
+
+/// What a fuzzer does instead where `DYNASKIN_CORPUS` says so: `write FOLDER` writes seeds and saved inputs,
+/// `save FOLDER BYTES` saves the smallest.
+pub fn do_task(target: Target) {
+    let Ok(task) = std::env::var("DYNASKIN_CORPUS") else {
+        return;
+    };
+    let words: Vec<&str> = task.split('\t').collect();
+    let done = match words[..] {
+        ["write", folder] => dynaskin_fuzzing::write(target, Path::new(folder)),
+        ["save", folder, bytes] => {
+            let limit = bytes.parse().unwrap_or(0);
+            dynaskin_fuzzing::save_smallest(target, Path::new(folder), limit)
+                .map(|(kept, all)| println!("{}: {kept} of {all} inputs", target.name()))
+        }
+        _ => panic!("no task `{task}`"),
+    };
+    done.unwrap_or_else(|error| panic!("{task}: {error}"));
+    std::process::exit(0);
 }
 
 /// Changes `data[..size]` in place; gives the new size.

@@ -1,7 +1,8 @@
 //! Saved inputs, many in one packed file.
 
+use std::fs;
 use std::io::{self, Read, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use flate2::Compression;
 use flate2::read::DeflateDecoder;
@@ -45,7 +46,7 @@ pub fn unpack(packed: &[u8]) -> io::Result<Vec<Vec<u8>>> {
 /// # Errors
 /// Where the file cannot be read.
 pub fn saved(target: Target) -> io::Result<Vec<Vec<u8>>> {
-    unpack(&std::fs::read(path(target))?)
+    unpack(&fs::read(path(target))?)
 }
 
 /// Where the inputs of a target are kept.
@@ -53,4 +54,47 @@ pub fn path(target: Target) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("corpus")
         .join(format!("{}.packed", target.name()))
+}
+
+/// Writes the seeds and the saved inputs of a target as files into a folder.
+///
+/// # Errors
+/// Where the folder cannot be written to, or the saved inputs are not whole.
+pub fn write(target: Target, folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    let kept = match path(target).exists() {
+        true => saved(target)?,
+        false => Vec::new(),
+    };
+    for (prefix, files) in [("seed", target.seeds()), ("saved", kept)] {
+        for (idx, file) in files.iter().enumerate() {
+            fs::write(folder.join(format!("{prefix}-{idx:04}")), file)?;
+        }
+    }
+    Ok(())
+}
+
+/// Saves the smallest files of a folder for a target, as many as fit into `limit` packed bytes. Gives how
+/// many these are, and how many there are.
+///
+/// # Errors
+/// Where the folder cannot be read or the repository not written to.
+pub fn save_smallest(target: Target, folder: &Path, limit: usize) -> io::Result<(usize, usize)> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        files.push(fs::read(entry?.path())?);
+    }
+    files.sort_by(|a, b| (a.len(), a).cmp(&(b.len(), b)));
+    let (mut fits, mut too_many) = (0, files.len() + 1);
+    while too_many - fits > 1 {
+        let count = fits.midpoint(too_many);
+        match pack(&files[..count])?.len() <= limit {
+            true => fits = count,
+            false => too_many = count,
+        }
+    }
+    let path = path(target);
+    fs::create_dir_all(path.parent().unwrap_or(folder))?;
+    fs::write(&path, pack(&files[..fits])?)?;
+    Ok((fits, files.len()))
 }

@@ -15,7 +15,7 @@ mod mutate;
 mod seeds;
 mod stage;
 
-pub use corpus::{pack, path as corpus_path, saved, unpack};
+pub use corpus::{pack, save_smallest, saved, unpack, write};
 
 /// A reader and what is tried on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
