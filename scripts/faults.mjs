@@ -146,6 +146,9 @@ async function force(name, rounds) {
       if (hanging > 0) wrong.push(`${title}: ${hanging} left hanging`);
       wrong.push(...problems.slice(0, 5).map((problem) => `${title}: ${problem}`));
     }
+    // The browser tells the end of a worker a moment later.
+    const endMs = performance.now() + TAB_MS;
+    while (page.workers().length > 0 && performance.now() < endMs) await pause(100);
     const left = page.workers().length;
     if (left > 0) wrong.push(`${left} workers are left`);
     say(`${name.padEnd(10)}workers left in the end: ${left}`);

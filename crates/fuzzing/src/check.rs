@@ -193,7 +193,7 @@ fn assert_honest(error: &RuntimeError) -> bool {
 
 /// A saved state: an avatar goes on from it.
 pub fn state(file: &[u8]) -> bool {
-    stage::try_state(file)
+    stage::try_state(file, is_in_share(file, 8))
 }
 
 /// A clip of the data set: valid poses that play, and finite offsets of ascending vertices.
