@@ -225,7 +225,7 @@ fn largest(offsets_m: &[Vec3]) -> f32 {
     offsets_m.iter().map(|o| o.length()).fold(0.0, f32::max)
 }
 
-/// The bits of all that is shown.
+/// The bits of the surface.
 fn bits(avatar: &Avatar) -> Vec<u32> {
     let surface = [
         avatar.offsets_rest_m(),
@@ -233,9 +233,7 @@ fn bits(avatar: &Avatar) -> Vec<u32> {
         avatar.normals_rest(),
     ];
     let vectors = surface.into_iter().flatten().flat_map(|v| v.to_array());
-    let matrices = avatar.skin_matrices().iter();
-    let matrices = matrices.flat_map(|m| m.to_cols_array());
-    vectors.chain(matrices).map(f32::to_bits).collect()
+    vectors.map(f32::to_bits).collect()
 }
 
 fn config() -> ProptestConfig {
@@ -284,6 +282,8 @@ proptest! {
                 (Some((pose, dt)), _) => {
                     let report = step(&mut whole, &pose, dt);
                     prop_assert_eq!(report, step(&mut parts, &pose, dt));
+                    // A state does not hold the pose of a pause.
+                    prop_assert_eq!(whole.skin_matrices(), parts.skin_matrices());
                 }
                 (None, Call::Restore) => {
                     let mut next = start();
@@ -297,7 +297,7 @@ proptest! {
                     turn(&mut parts, call);
                 }
             }
-            prop_assert_eq!(bits(&whole), bits(&parts));
+            prop_assert!(bits(&whole) == bits(&parts), "after {call:?}");
         }
     }
 

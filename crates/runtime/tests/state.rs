@@ -94,6 +94,15 @@ fn a_restored_avatar_goes_on_bit_by_bit() {
 }
 
 #[test]
+fn a_state_from_before_the_first_step_stands_in_the_rest_pose() {
+    let state = avatar().save();
+    let mut moved = avatar();
+    step(&mut moved, 0, 20);
+    moved.restore(&state).unwrap();
+    assert_same_bits(&moved, &avatar());
+}
+
+#[test]
 fn poses_on_their_way_are_not_saved_and_the_next_one_settles() {
     use dynaskin_runtime::{PoseSource, Settled};
     const TICK: f64 = 1.0 / 60.0;
