@@ -279,7 +279,7 @@ impl Avatar {
     /// [`Self::set_strength`] compares with and without tissue in mid-motion.
     pub fn set_enabled(&mut self, enabled: bool) {
         if self.timeline.enabled() && !enabled {
-            self.surface.clear(&self.shaped.surface);
+            self.take_change(Some(Change::Clears));
         }
         self.timeline.set_enabled(enabled);
     }
