@@ -24,5 +24,5 @@ pub use check::{Case, CaseReport, CheckOptions, check_fit};
 pub use error::FitError;
 pub use problem::Objective;
 pub use rigidity::Rigidity;
-pub use scans::{ScanOptions, ScanUnit, Scans};
+pub use scans::{MeshKind, ScanOptions, ScanUnit, Scans};
 pub use sequence::{FitOptions, FittedFrame, FittedSequence, fit_sequence};

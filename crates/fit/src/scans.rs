@@ -15,6 +15,7 @@ use dynaskin_npz::Archive;
 use glam::Vec3;
 
 use crate::FitError;
+pub use folder::MeshKind;
 use mesh::{MAX_NUMBERS, check_frames, vertex_count};
 
 /// An unpacked array of double precision numbers of that count.

@@ -279,7 +279,7 @@ impl Avatar {
     /// [`Self::set_strength`] compares with and without tissue in mid-motion.
     pub fn set_enabled(&mut self, enabled: bool) {
         if self.timeline.enabled() && !enabled {
-            self.surface.clear(&self.shaped.surface);
+            self.take_change(Some(Change::Clears));
         }
         self.timeline.set_enabled(enabled);
     }
@@ -465,7 +465,8 @@ impl Avatar {
     }
 
     /// Goes on from where [`Self::save`] was called, on this avatar or another of the same model.
-    /// The skin matrices are those of the last step that took time.
+    /// The skin matrices are those of the last step that took time, or of the rest pose where there was none
+    /// since the avatar was made or reset.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidState`] for bytes that were changed, cut, or saved by another version
@@ -500,11 +501,12 @@ impl Avatar {
             soft.tissue.remember(memory);
         }
         self.apply();
-        if let Some(pose) = self.timeline.pose() {
-            let scale = self.timeline.scale();
-            self.skin = skinning::scaled(pose, &self.shaped.joints_rest_m, scale);
-            self.skin_matrices = skinning::matrices(&self.skin);
-        }
+        let joints_rest_m = &self.shaped.joints_rest_m;
+        self.skin = match self.timeline.pose() {
+            Some(pose) => skinning::scaled(pose, joints_rest_m, self.timeline.scale()),
+            None => SkinMatrices::new(&Pose::REST, joints_rest_m),
+        };
+        self.skin_matrices = skinning::matrices(&self.skin);
         Ok(())
     }
 

@@ -94,6 +94,31 @@ fn a_restored_avatar_goes_on_bit_by_bit() {
 }
 
 #[test]
+fn a_state_from_before_the_first_step_stands_in_the_rest_pose() {
+    let state = avatar().save();
+    let mut moved = avatar();
+    step(&mut moved, 0, 20);
+    moved.restore(&state).unwrap();
+    assert_same_bits(&moved, &avatar());
+}
+
+#[test]
+fn tissue_switched_off_and_on_shows_nothing_of_before_until_the_next_step() {
+    let mut switched = avatar();
+    step(&mut switched, 0, 20);
+    switched.set_enabled(false);
+    switched.set_enabled(true);
+    switched.set_strength(2.0).unwrap();
+    let is_flat = |avatar: &Avatar| avatar.offsets_rest_m().iter().all(|o| o.length() == 0.0);
+    assert!(is_flat(&switched));
+    let mut restored = avatar();
+    restored.restore(&switched.save()).unwrap();
+    assert!(is_flat(&restored));
+    step(&mut switched, 20, 1);
+    assert!(!is_flat(&switched));
+}
+
+#[test]
 fn poses_on_their_way_are_not_saved_and_the_next_one_settles() {
     use dynaskin_runtime::{PoseSource, Settled};
     const TICK: f64 = 1.0 / 60.0;

@@ -6,15 +6,46 @@ use std::path::{Path, PathBuf};
 use dynaskin_body::BodyModel;
 use glam::Vec3;
 
-use super::mesh::{Mesh, check_frames, vertex_count};
+use super::mesh::{check_frames, vertex_count};
 use super::{obj_file, ply_file};
 use crate::FitError;
 
 /// Larger than any mesh of a body: a million vertices as text.
 const MAX_FILE_BYTES: u64 = 256 << 20;
 
-/// Reads one file, whose path is for messages.
-type Read = fn(&Path, &[u8]) -> Result<Mesh, FitError>;
+/// A kind of mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshKind {
+    /// Wavefront OBJ.
+    Obj,
+    /// Stanford PLY, ASCII or binary.
+    Ply,
+}
+
+impl MeshKind {
+    /// Positions of the vertices of a file that is in memory, in the file's unit and order. They are not
+    /// checked to be finite, which [`Scans::new`](super::Scans::new) does. `path` only names the file in
+    /// messages.
+    ///
+    /// # Errors
+    /// [`FitError`] naming the file: unreadable, or of another topology than `body`'s.
+    pub fn positions(
+        self,
+        path: &Path,
+        bytes: &[u8],
+        body: &BodyModel,
+    ) -> Result<Vec<Vec3>, FitError> {
+        let mesh = match self {
+            Self::Obj => obj_file::parse(path, bytes)?,
+            Self::Ply => ply_file::parse(path, bytes)?,
+        };
+        if mesh.positions.len() != body.vertex_count() {
+            return Err(vertex_count(path, body, mesh.positions.len()));
+        }
+        check_faces(path, body, &mesh.faces)?;
+        Ok(mesh.positions)
+    }
+}
 
 /// The positions of all files of the folder, `[frame][vertex]`, in the files' unit.
 pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitError> {
@@ -37,21 +68,16 @@ pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitErro
         }
     }
     let path = folder.to_owned();
-    let (paths, read): (_, Read) = match (objs.is_empty(), plys.is_empty()) {
+    let (paths, kind) = match (objs.is_empty(), plys.is_empty()) {
         (true, true) => return Err(FitError::NoMeshes { path }),
         (false, false) => return Err(FitError::MixedKinds { path }),
-        (false, true) => (sorted(objs), obj_file::parse),
-        (true, false) => (sorted(plys), ply_file::parse),
+        (false, true) => (sorted(objs), MeshKind::Obj),
+        (true, false) => (sorted(plys), MeshKind::Ply),
     };
     check_frames(folder, paths.len(), body.vertex_count())?;
     let mut positions = Vec::with_capacity(paths.len() * body.vertex_count());
     for path in &paths {
-        let mesh = read(path, &bytes(path)?)?;
-        if mesh.positions.len() != body.vertex_count() {
-            return Err(vertex_count(path, body, mesh.positions.len()));
-        }
-        check_faces(path, body, &mesh.faces)?;
-        positions.extend(mesh.positions);
+        positions.extend(kind.positions(path, &bytes(path)?, body)?);
     }
     Ok(positions)
 }

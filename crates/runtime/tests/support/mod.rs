@@ -135,7 +135,8 @@ pub fn vertices() -> Vec<u32> {
     vertices_of(SMALL)
 }
 
-fn vertices_of(size: Size) -> Vec<u32> {
+/// Of the given size.
+pub fn vertices_of(size: Size) -> Vec<u32> {
     let twelfth = size.rings / 12 * size.segments;
     let middle = 3 * twelfth..9 * twelfth;
     let top = 11 * twelfth..12 * twelfth;
@@ -147,7 +148,8 @@ pub fn predictor_onnx() -> Vec<u8> {
     predictor_of(SMALL)
 }
 
-fn predictor_of(size: Size) -> Vec<u8> {
+/// Of the given size.
+pub fn predictor_of(size: Size) -> Vec<u8> {
     let (cells, latents) = (size.cells, size.latents);
     let build = || -> Result<Vec<u8>, WriteError> {
         let features = INERTIAL_FEATURE_COUNT;
@@ -188,7 +190,8 @@ pub fn decoder_onnx() -> Vec<u8> {
     decoder_of(SMALL)
 }
 
-fn decoder_of(size: Size) -> Vec<u8> {
+/// Of the given size.
+pub fn decoder_of(size: Size) -> Vec<u8> {
     let latents = size.latents;
     let vertices = vertices_of(size).len();
     let build = || -> Result<Vec<u8>, WriteError> {
@@ -214,7 +217,8 @@ pub fn bundle(predictor: &[u8], decoder: &[u8]) -> Bundle {
     bundle_of(SMALL, predictor, decoder)
 }
 
-fn bundle_of(size: Size, predictor: &[u8], decoder: &[u8]) -> Bundle {
+/// Of the given size.
+pub fn bundle_of(size: Size, predictor: &[u8], decoder: &[u8]) -> Bundle {
     Bundle {
         format: "dynaskin-bundle".to_owned(),
         version: 2,

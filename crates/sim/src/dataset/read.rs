@@ -34,10 +34,19 @@ impl ClipData {
             return Err(file.malformed(format!("{length} bytes, more than {MAX_FILE_BYTES}")));
         }
         let bytes = fs::read(path).map_err(|e| file.io("reading", e))?;
+        Self::from_bytes(path, &bytes)
+    }
+
+    /// The clip of a file that is in memory; `path` only names it in messages.
+    ///
+    /// # Errors
+    /// As [`ClipData::read`].
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, DatasetError> {
+        let file = File { path };
         let (header_bytes, metadata) =
-            SafeTensors::read_metadata(&bytes).map_err(|e| file.malformed(e.to_string()))?;
+            SafeTensors::read_metadata(bytes).map_err(|e| file.malformed(e.to_string()))?;
         let tensors =
-            SafeTensors::deserialize(&bytes).map_err(|e| file.malformed(e.to_string()))?;
+            SafeTensors::deserialize(bytes).map_err(|e| file.malformed(e.to_string()))?;
         file.check_format(&metadata)?;
         // The lengths were checked when the tensors were made out.
         let header = file.header(&metadata, |place| {
