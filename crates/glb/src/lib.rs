@@ -4,10 +4,21 @@
 //! The `gltf` crate parses the container and the JSON; its own accessor readers trust offsets and
 //! strides, which wrap around or panic in files made to hurt.
 
+mod humanoid;
+#[cfg(feature = "meshopt")]
+mod meshopt;
+mod nodes;
+mod values;
+
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
+
+pub use humanoid::humanoid_bones;
+pub use nodes::{Local, MAX_NODES, local_transform, node_parents, part_names};
+pub use values::MAX_ELEMENTS;
 
 /// What is wrong with a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,6 +47,8 @@ pub struct Document<'a> {
     pub root: gltf::json::Root,
     json: Cow<'a, [u8]>,
     binary: Cow<'a, [u8]>,
+    /// Compressed buffer views, by index.
+    compressions: BTreeMap<usize, values::Compression>,
 }
 
 impl<'a> Document<'a> {
@@ -56,6 +69,7 @@ impl<'a> Document<'a> {
             .ok_or_else(|| GlbError::new("BIN chunk", "a binary buffer"))?;
         Ok(Self {
             root,
+            compressions: values::compressions(&glb.json),
             json: glb.json,
             binary,
         })

@@ -24,8 +24,7 @@ use align::{Alignment, SoleReference};
 use evidence::Evidence;
 #[cfg(feature = "amass")]
 pub(crate) use floor::put_on_floor;
-use mapping::{Drive, Mapping};
-pub use mapping::{JointReport, LengthUnit};
+pub use mapping::{Drive, JointReport, LengthUnit, Mapping};
 use sides::Facing;
 pub use source::SourceMotion;
 
