@@ -148,3 +148,52 @@ impl PartWeights {
         }))
     }
 }
+
+/// How well two parts that touch go together, 0..=1: rigs paint the border between them at other places.
+const TOUCHING: f32 = 0.6;
+
+impl PartWeights {
+    /// As [`Self::in_common`], where what differs counts in part if its parts touch.
+    pub fn compatible(&self, other: &Self) -> f32 {
+        let common = self.in_common(other);
+        let rest = 1.0 - common;
+        if rest < 1e-3 {
+            return common;
+        }
+        let (mut own, mut others, mut touching) = (0.0, 0.0, 0.0);
+        for (a, (mine, theirs)) in self.0.iter().zip(&other.0).enumerate() {
+            let left = (mine - theirs).max(0.0);
+            own += left;
+            others += (theirs - mine).max(0.0);
+            if left > 0.0 {
+                for (b, (mine, theirs)) in self.0.iter().zip(&other.0).enumerate() {
+                    if touches(Part::ALL[a], Part::ALL[b]) {
+                        touching += left * (theirs - mine).max(0.0);
+                    }
+                }
+            }
+        }
+        let share = touching / (own * others).max(1e-6);
+        common + rest * TOUCHING * share.min(1.0)
+    }
+}
+
+/// Whether two parts border on each other.
+fn touches(a: Part, b: Part) -> bool {
+    let is_pair = |x: Part, y: Part| match x {
+        Part::Trunk => matches!(
+            y,
+            Part::Head
+                | Part::LeftUpperArm
+                | Part::RightUpperArm
+                | Part::LeftThigh
+                | Part::RightThigh
+        ),
+        Part::LeftForearm => matches!(y, Part::LeftUpperArm | Part::LeftHand),
+        Part::RightForearm => matches!(y, Part::RightUpperArm | Part::RightHand),
+        Part::LeftShin => matches!(y, Part::LeftThigh | Part::LeftFoot),
+        Part::RightShin => matches!(y, Part::RightThigh | Part::RightFoot),
+        _ => false,
+    };
+    is_pair(a, b) || is_pair(b, a)
+}
