@@ -27,7 +27,9 @@ impl Source {
     /// What a value by vertex of the body is at this place.
     pub fn mix(&self, values: &[Vec3]) -> Vec3 {
         let corners = self.corners.iter().zip(self.shares);
-        corners.map(|(corner, share)| values[*corner as usize] * share).sum()
+        corners
+            .map(|(corner, share)| values[*corner as usize] * share)
+            .sum()
     }
 }
 
@@ -63,7 +65,12 @@ impl MadeAvatar {
             .collect();
         let meshes = self.truth.iter();
         meshes
-            .map(|mesh| mesh.sources.iter().map(|source| source.mix(&posed)).collect())
+            .map(|mesh| {
+                mesh.sources
+                    .iter()
+                    .map(|source| source.mix(&posed))
+                    .collect()
+            })
             .collect()
     }
 }
@@ -78,11 +85,8 @@ pub fn make(body: &BodyModel, recipe: &Recipe) -> MadeAvatar {
         Container::Vrm0 => Quat::from_rotation_y(std::f32::consts::PI),
         _ => Quat::IDENTITY,
     };
-    let placed = Affine3A::from_scale_rotation_translation(
-        Vec3::splat(recipe.size),
-        yaw,
-        Vec3::ZERO,
-    );
+    let placed =
+        Affine3A::from_scale_rotation_translation(Vec3::splat(recipe.size), yaw, Vec3::ZERO);
     let posed: Vec<Affine3A> = body
         .skin
         .iter()

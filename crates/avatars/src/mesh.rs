@@ -37,14 +37,23 @@ pub fn meshes(body: &BodyModel, recipe: &Recipe, positions_m: &[Vec3], rig: &Rig
     if recipe.fine {
         faces = divided(&faces, &mut sources);
     }
-    let placed: Vec<Vec3> = sources.iter().map(|source| source.mix(positions_m)).collect();
+    let placed: Vec<Vec3> = sources
+        .iter()
+        .map(|source| source.mix(positions_m))
+        .collect();
     let limb = |face: &[u32; 3]| limb_of(body, &sources[face[0] as usize]);
     let part = |name: &str, wanted: &dyn Fn(&[u32; 3]) -> bool| {
         let faces: Vec<[u32; 3]> = faces.iter().filter(|face| wanted(face)).copied().collect();
-        Mesh::new(name, false, (&sources, &placed, &faces), rig, &|face| match recipe.seams {
-            true => limb(face),
-            false => 0,
-        })
+        Mesh::new(
+            name,
+            false,
+            (&sources, &placed, &faces),
+            rig,
+            &|face| match recipe.seams {
+                true => limb(face),
+                false => 0,
+            },
+        )
     };
     let mut meshes = if recipe.seams {
         vec![
@@ -106,7 +115,9 @@ fn limb_of(body: &BodyModel, source: &Source) -> usize {
 
 fn is_leg(limb: usize) -> bool {
     let joint = Joint::ALL[limb];
-    ["hip", "knee", "ankle", "foot"].iter().any(|word| joint.name().ends_with(word))
+    ["hip", "knee", "ankle", "foot"]
+        .iter()
+        .any(|word| joint.name().ends_with(word))
 }
 
 impl Mesh {
@@ -168,13 +179,15 @@ fn divided(faces: &[[u32; 3]], sources: &mut Vec<Source>) -> Vec<[u32; 3]> {
     let mut all = Vec::with_capacity(4 * faces.len());
     for [a, b, c] in faces {
         let mut middle = |from: u32, to: u32| {
-            *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
-                sources.push(Source {
-                    corners: [from, to, to],
-                    shares: [0.5, 0.5, 0.0],
-                });
-                sources.len() as u32 - 1
-            })
+            *middles
+                .entry([from.min(to), from.max(to)])
+                .or_insert_with(|| {
+                    sources.push(Source {
+                        corners: [from, to, to],
+                        shares: [0.5, 0.5, 0.0],
+                    });
+                    sources.len() as u32 - 1
+                })
         };
         let (ab, bc, ca) = (middle(*a, *b), middle(*b, *c), middle(*c, *a));
         all.extend([[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]);

@@ -29,6 +29,7 @@ pub enum RestPose {
 /// What lengths are in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
+    /// Metres.
     Metres,
     /// Everything 100 times as large.
     Centimetres,
@@ -39,6 +40,7 @@ pub enum Unit {
 /// The kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Container {
+    /// Plain binary glTF.
     Glb,
     /// VRM 0.x, which faces -Z.
     Vrm0,
@@ -55,9 +57,13 @@ pub struct Recipe {
     pub shape: [f32; SHAPE_COUNT],
     /// Avatar's metres per body's metre.
     pub size: f32,
+    /// How bones are named.
     pub rig: RigStyle,
+    /// How it stands.
     pub pose: RestPose,
+    /// What lengths are in.
     pub unit: Unit,
+    /// The kind of file.
     pub container: Container,
     /// Whether a suit is worn over trunk, arms and legs.
     pub garment: bool,

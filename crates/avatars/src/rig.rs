@@ -33,8 +33,18 @@ pub fn rest_pose(joints_m: &[Vec3; JOINT_COUNT], pose: RestPose) -> Pose {
         return rest;
     }
     let arms = [
-        (Joint::LeftShoulder, Joint::LeftElbow, Joint::LeftWrist, DVec3::X),
-        (Joint::RightShoulder, Joint::RightElbow, Joint::RightWrist, DVec3::NEG_X),
+        (
+            Joint::LeftShoulder,
+            Joint::LeftElbow,
+            Joint::LeftWrist,
+            DVec3::X,
+        ),
+        (
+            Joint::RightShoulder,
+            Joint::RightElbow,
+            Joint::RightWrist,
+            DVec3::NEG_X,
+        ),
     ];
     for (shoulder, elbow, wrist, side) in arms {
         let at = |joint: Joint| joints_m[joint as usize].as_dvec3();
@@ -69,7 +79,13 @@ impl Rig {
                 (Some(parent), None) => parent,
                 (_, name) => {
                     let shift = placed.transform_vector3(convention_m(joint));
-                    rig.add(recipe, name.unwrap_or_default(), parent, joints_m[joint as usize] + shift, human(joint))
+                    rig.add(
+                        recipe,
+                        name.unwrap_or_default(),
+                        parent,
+                        joints_m[joint as usize] + shift,
+                        human(joint),
+                    )
                 }
             };
         }
@@ -109,10 +125,19 @@ impl Rig {
         number
     }
 
-    fn add_breasts(&mut self, body: &BodyModel, recipe: &Recipe, positions_m: &[Vec3], chest: usize) {
+    fn add_breasts(
+        &mut self,
+        body: &BodyModel,
+        recipe: &Recipe,
+        positions_m: &[Vec3],
+        chest: usize,
+    ) {
         for (side, letter) in [(1.0, "l"), (-1.0, "r")] {
             let (mut sum, mut total) = (DVec3::ZERO, 0.0);
-            for (vertex, weight) in body.region_weights[Region::Chest as usize].iter().enumerate() {
+            for (vertex, weight) in body.region_weights[Region::Chest as usize]
+                .iter()
+                .enumerate()
+            {
                 if body.template_m[vertex].x * side > 0.0 {
                     sum += positions_m[vertex].as_dvec3() * f64::from(*weight);
                     total += f64::from(*weight);
@@ -132,7 +157,11 @@ impl Rig {
                 row[bone_of[usize::from(*joint)]] += weight;
             }
             if let [left, right] = self.tissue[..] {
-                let own = if body.template_m[vertex].x > 0.0 { left } else { right };
+                let own = if body.template_m[vertex].x > 0.0 {
+                    left
+                } else {
+                    right
+                };
                 let share = 0.7 * body.region_weights[Region::Chest as usize][vertex];
                 row[own] = share * row[chest_bone];
                 row[chest_bone] *= 1.0 - share;

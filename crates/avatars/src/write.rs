@@ -31,7 +31,8 @@ struct Attribute {
 
 impl Buffer {
     fn view(&mut self, bytes: &[u8], stride: Option<usize>) -> usize {
-        let mut view = json!({"buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len()});
+        let mut view =
+            json!({"buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len()});
         if let Some(stride) = stride {
             view["byteStride"] = json!(stride);
         }
@@ -85,8 +86,18 @@ struct Quantised {
 
 impl Quantised {
     fn new(mesh: &Mesh) -> Self {
-        let low = mesh.positions_m.iter().copied().reduce(Vec3::min).unwrap_or_default();
-        let high = mesh.positions_m.iter().copied().reduce(Vec3::max).unwrap_or_default();
+        let low = mesh
+            .positions_m
+            .iter()
+            .copied()
+            .reduce(Vec3::min)
+            .unwrap_or_default();
+        let high = mesh
+            .positions_m
+            .iter()
+            .copied()
+            .reduce(Vec3::max)
+            .unwrap_or_default();
         Self {
             extent_m: f64::from(0.5 * (high - low).max_element()).max(1e-6),
             centre_m: (0.5 * (low + high)).as_dvec3(),
@@ -141,7 +152,13 @@ pub fn glb(recipe: &Recipe, rig: &Rig, meshes: &[Mesh]) -> Vec<u8> {
             "joints": (0..rig.bones.len()).collect::<Vec<_>>(),
             "inverseBindMatrices": matrices,
         }));
-        all.push(primitive(&mut buffer, recipe, mesh, quantised.as_ref(), units_per_metre));
+        all.push(primitive(
+            &mut buffer,
+            recipe,
+            mesh,
+            quantised.as_ref(),
+            units_per_metre,
+        ));
         scene.push(nodes.len());
         nodes.push(json!({"name": mesh.name, "mesh": all.len() - 1, "skin": skins.len() - 1}));
     }
@@ -211,7 +228,11 @@ fn primitive(
 ) -> Value {
     let count = mesh.positions_m.len();
     let floats = |values: &[Vec3]| -> Vec<u8> {
-        values.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect()
+        values
+            .iter()
+            .flat_map(|v| v.to_array())
+            .flat_map(f32::to_le_bytes)
+            .collect()
     };
     let position = match quantised {
         Some(quantised) => {
@@ -223,14 +244,17 @@ fn primitive(
             Attribute {
                 name: "POSITION",
                 accessor: json!({"componentType": I16, "type": "VEC3", "count": count,
-                    "normalized": true, "min": [-32767; 3], "max": [32767; 3]}),
+                    "normalized": true, "min": [-32767, -32767, -32767], "max": [32767, 32767, 32767]}),
                 size: 8,
                 bytes: mesh.positions_m.iter().flat_map(step).flatten().collect(),
             }
         }
         None => {
-            let placed: Vec<Vec3> =
-                mesh.positions_m.iter().map(|p| *p * units_per_metre as f32).collect();
+            let placed: Vec<Vec3> = mesh
+                .positions_m
+                .iter()
+                .map(|p| *p * units_per_metre as f32)
+                .collect();
             let low = placed.iter().copied().reduce(Vec3::min).unwrap_or_default();
             let high = placed.iter().copied().reduce(Vec3::max).unwrap_or_default();
             Attribute {
@@ -259,9 +283,17 @@ fn primitive(
     let attributes = buffer.attributes(&attributes, count, recipe.interleaved);
     let corners = mesh.faces.iter().flatten();
     let (component, bytes): (u32, Vec<u8>) = if count <= usize::from(u16::MAX) {
-        (U16, corners.flat_map(|corner| (*corner as u16).to_le_bytes()).collect())
+        (
+            U16,
+            corners
+                .flat_map(|corner| (*corner as u16).to_le_bytes())
+                .collect(),
+        )
     } else {
-        (U32, corners.flat_map(|corner| corner.to_le_bytes()).collect())
+        (
+            U32,
+            corners.flat_map(|corner| corner.to_le_bytes()).collect(),
+        )
     };
     let view = buffer.view(&bytes, None);
     let count = 3 * mesh.faces.len();
@@ -292,7 +324,10 @@ fn weights(mesh: &Mesh, is_quantised: bool) -> Attribute {
             bytes: bytes.collect(),
         };
     }
-    let bytes = mesh.weights.iter().flat_map(|row| row.map(|(_, weight)| weight.to_le_bytes()));
+    let bytes = mesh
+        .weights
+        .iter()
+        .flat_map(|row| row.map(|(_, weight)| weight.to_le_bytes()));
     Attribute {
         name: "WEIGHTS_0",
         accessor: json!({"componentType": F32, "type": "VEC4", "count": count}),
@@ -307,8 +342,9 @@ fn add_humanoid(root: &mut Value, recipe: &Recipe, rig: &Rig) {
     match recipe.container {
         Container::Glb => {}
         Container::Vrm0 => {
-            let bones: Vec<Value> =
-                human.map(|(node, bone)| json!({"bone": bone, "node": node})).collect();
+            let bones: Vec<Value> = human
+                .map(|(node, bone)| json!({"bone": bone, "node": node}))
+                .collect();
             root["extensionsUsed"] = json!(["VRM"]);
             root["extensions"] = json!({"VRM": {
                 "specVersion": "0.0",

@@ -12,8 +12,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for path in paths {
         let bytes = std::fs::read(&path)?;
         let start = Instant::now();
-        let bound = Avatar::from_glb(&bytes)
-            .and_then(|avatar| bind(&avatar, &body, &BindOptions::adult()));
+        let bound =
+            Avatar::from_glb(&bytes).and_then(|avatar| bind(&avatar, &body, &BindOptions::adult()));
         let seconds = start.elapsed().as_secs_f64();
         match bound {
             Err(error) => println!("{path}: {error}"),
@@ -33,7 +33,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     report.proportions.stature_m,
                     bound.binding.to_bytes().len(),
                 );
-                println!("  off {:?}; twice {:?}; notes {:?}; missing {:?}", report.regions_off, report.double_motion, report.notes, report.missing);
+                println!(
+                    "  off {:?}; twice {:?}; notes {:?}; missing {:?}",
+                    report.regions_off, report.double_motion, report.notes, report.missing
+                );
             }
         }
     }

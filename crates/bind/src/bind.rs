@@ -10,9 +10,7 @@ use crate::align::alignment;
 use crate::avatar::{Avatar, SkinnedMesh};
 use crate::basis::Placement;
 use crate::bind_pose::rotation_of;
-use crate::binding::{
-    Binding, MeshBinding, Rows, fingerprint_of_avatar, fingerprint_of_body,
-};
+use crate::binding::{Binding, MeshBinding, Rows, fingerprint_of_avatar, fingerprint_of_body};
 use crate::bones::Bones;
 use crate::correspond::{Link, Places};
 use crate::fit::fit_shape;
@@ -116,13 +114,17 @@ struct Closeness {
 
 impl Closeness {
     fn new(links: &[Option<Link>]) -> Self {
-        let mut distances_m: Vec<f32> = links.iter().flatten().map(|link| link.distance_m).collect();
+        let mut distances_m: Vec<f32> =
+            links.iter().flatten().map(|link| link.distance_m).collect();
         distances_m.sort_by(f32::total_cmp);
         let close = distances_m.partition_point(|distance_m| *distance_m <= CLOSE_M);
         Self {
             share_close: close as f32 / distances_m.len().max(1) as f32,
             // Nothing near the body fits it badly.
-            median_m: distances_m.get(distances_m.len() / 2).copied().unwrap_or(f32::INFINITY),
+            median_m: distances_m
+                .get(distances_m.len() / 2)
+                .copied()
+                .unwrap_or(f32::INFINITY),
         }
     }
 }
@@ -135,7 +137,10 @@ fn regions_off(proportions: &Proportions, closeness: &Closeness) -> Vec<RegionOf
             proportions.crown_to_shoulder
         )
     } else if !(f64::from(closeness.median_m) <= GUARDED_MEDIAN_M) {
-        format!("half of the skin lies {:.0} mm and more from the body", 1e3 * closeness.median_m)
+        format!(
+            "half of the skin lies {:.0} mm and more from the body",
+            1e3 * closeness.median_m
+        )
     } else {
         return Vec::new();
     };
@@ -205,8 +210,19 @@ fn assembled(found: &Found<'_>) -> Bound {
             vertices.push(vertex as u32);
             of_vertices.push(row);
         }
-        skin_m.push(welded.iter().map(|at| found.skin.positions_m[*at as usize]).collect());
-        let taken = |at: &u32| found.rows[*at as usize].0.iter().map(|(_, weight)| weight).sum();
+        skin_m.push(
+            welded
+                .iter()
+                .map(|at| found.skin.positions_m[*at as usize])
+                .collect(),
+        );
+        let taken = |at: &u32| {
+            found.rows[*at as usize]
+                .0
+                .iter()
+                .map(|(_, weight)| weight)
+                .sum()
+        };
         coverage.push(welded.iter().map(taken).collect());
         meshes.push(found.mesh(mesh, vertices, of_vertices));
     }
@@ -236,9 +252,12 @@ impl Found<'_> {
     fn mesh(&self, mesh: &SkinnedMesh, vertices: Vec<u32>, rows: Vec<u32>) -> MeshBinding {
         let linear = |vertex: usize| {
             let bind = &self.bones.bind;
-            bind.world_from_vertex(mesh, &mesh.influences[vertex]).matrix3
+            bind.world_from_vertex(mesh, &mesh.influences[vertex])
+                .matrix3
         };
-        let first = vertices.first().map_or(DMat3::IDENTITY, |first| linear(*first as usize));
+        let first = vertices
+            .first()
+            .map_or(DMat3::IDENTITY, |first| linear(*first as usize));
         let mesh_from_root = if first.determinant().abs() > 1e-30 {
             first.inverse()
         } else {
@@ -250,7 +269,9 @@ impl Found<'_> {
             turn.conjugate().as_quat()
         };
         let turns: Vec<Quat> = vertices.iter().map(turn).collect();
-        let is_one = turns.iter().all(|turn| turn.angle_between(Quat::IDENTITY) < SAME_TURN);
+        let is_one = turns
+            .iter()
+            .all(|turn| turn.angle_between(Quat::IDENTITY) < SAME_TURN);
         MeshBinding {
             name: mesh.name.clone(),
             vertex_count: mesh.positions.len() as u32,

@@ -4,11 +4,11 @@ use dynaskin_body::{BodyModel, SHAPE_COUNT};
 use glam::{Mat3, Quat, Vec3};
 use sha2::{Digest as _, Sha256};
 
+use crate::BindError;
 use crate::avatar::Avatar;
 use crate::report::Report;
 use crate::rig::Rig;
 use crate::rows;
-use crate::BindError;
 
 /// What tells files apart.
 pub type Fingerprint = [u8; 32];

@@ -56,7 +56,9 @@ impl<'a> Places<'a> {
 
     /// The place of every welded vertex; none for what stays still.
     pub fn links(&self, skin: &Skin) -> Vec<Option<Link>> {
-        (0..skin.len()).map(|vertex| self.link(skin, vertex)).collect()
+        (0..skin.len())
+            .map(|vertex| self.link(skin, vertex))
+            .collect()
     }
 
     fn link(&self, skin: &Skin, vertex: usize) -> Option<Link> {

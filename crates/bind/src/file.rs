@@ -67,7 +67,9 @@ impl Binding {
             Err(error) => unreachable!("lists of numbers can be written to memory: {error}"),
         };
         let mut deflated = flate2::write::DeflateEncoder::new(bytes, flate2::Compression::best());
-        let written = deflated.write_all(&payload).and_then(|()| deflated.finish());
+        let written = deflated
+            .write_all(&payload)
+            .and_then(|()| deflated.finish());
         let mut bytes = match written {
             Ok(bytes) => bytes,
             Err(error) => unreachable!("memory can be written to: {error}"),
@@ -97,7 +99,9 @@ impl Binding {
         };
         let version = u32::from_le_bytes(*version);
         if version != BINDING_VERSION {
-            return Err(invalid(format!("it is of version {version}, not {BINDING_VERSION}")));
+            return Err(invalid(format!(
+                "it is of version {version}, not {BINDING_VERSION}"
+            )));
         }
         if Sha256::digest(rest)[..] != checksum[..] {
             return Err(invalid("its checksum is wrong, so it was changed or cut"));
@@ -174,7 +178,12 @@ impl StoredMesh {
     }
 
     fn binding(self, row_count: usize) -> Result<MeshBinding, BindError> {
-        let bad = || invalid(format!("its mesh `{}` holds what no binding does", self.name));
+        let bad = || {
+            invalid(format!(
+                "its mesh `{}` holds what no binding does",
+                self.name
+            ))
+        };
         let mut vertex = Some(0_u32);
         let vertices: Option<Vec<u32>> = self
             .vertices
@@ -192,7 +201,9 @@ impl StoredMesh {
             .iter()
             .map(|step| {
                 row += i64::from(*step);
-                u32::try_from(row).ok().filter(|row| (*row as usize) < row_count)
+                u32::try_from(row)
+                    .ok()
+                    .filter(|row| (*row as usize) < row_count)
             })
             .collect();
         let (Some(vertices), Some(rows)) = (vertices, rows) else {

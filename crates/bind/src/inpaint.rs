@@ -35,9 +35,12 @@ pub fn fill(skin: &Skin, places: &Places<'_>, links: &mut [Option<Link>]) -> Res
     }
     let (matrix, right) = equations(skin, places, links, &unknown, &number);
     let failed = |_| BindError::NoFit("places could not be filled in between meshes");
-    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(unknown.len(), unknown.len(), &matrix)
+    let matrix =
+        SparseColMat::<usize, f64>::try_new_from_triplets(unknown.len(), unknown.len(), &matrix)
+            .map_err(|_| failed(()))?;
+    let factor = matrix
+        .sp_cholesky(faer::Side::Lower)
         .map_err(|_| failed(()))?;
-    let factor = matrix.sp_cholesky(faer::Side::Lower).map_err(|_| failed(()))?;
     let solution = factor.solve(&right);
     for (row, vertex) in unknown.iter().enumerate() {
         let way = Vec3::new(

@@ -59,7 +59,8 @@ pub struct Report {
 
 /// Words in names of bones that authors give tissue of their own.
 const TISSUE_WORDS: [&str; 12] = [
-    "breast", "bust", "boob", "oppai", "pectoral", "butt", "glute", "buttock", "胸", "乳", "尻", "mune",
+    "breast", "bust", "boob", "oppai", "pectoral", "butt", "glute", "buttock", "胸", "乳", "尻",
+    "mune",
 ];
 
 /// Whether a bone's name tells that it moves a breast or a buttock.

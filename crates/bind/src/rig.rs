@@ -66,7 +66,10 @@ impl Rig {
 
     /// The number of the bone of a node.
     fn bone(&mut self, avatar: &Avatar, bones: &Bones, node: usize) -> u8 {
-        let known = self.bones.iter().position(|bone| bone.node as usize == node);
+        let known = self
+            .bones
+            .iter()
+            .position(|bone| bone.node as usize == node);
         let number = known.unwrap_or_else(|| {
             let matrix = bones.bind.world_from_node[node].matrix3;
             self.bones.push(Bone {
@@ -94,7 +97,9 @@ impl Rig {
         let turned = |bone: u8| {
             let bone = usize::from(bone);
             let now = world.get(bone).copied().unwrap_or(DQuat::IDENTITY);
-            self.bones.get(bone).map_or(now, |bone| now * bone.bind.conjugate())
+            self.bones
+                .get(bone)
+                .map_or(now, |bone| now * bone.bind.conjugate())
         };
         let mut rotation = [DQuat::IDENTITY; JOINT_COUNT];
         let mut pose = Pose::REST;
@@ -128,7 +133,9 @@ impl Rig {
         let mut since_bind = vec![None; self.bones.len()];
         for joint in Joint::ALL {
             let idx = joint as usize;
-            let above = joint.parent().map_or(DQuat::IDENTITY, |parent| rotation[parent as usize]);
+            let above = joint
+                .parent()
+                .map_or(DQuat::IDENTITY, |parent| rotation[parent as usize]);
             rotation[idx] = above * pose.parent_from_joint[idx];
             let turn = rotation[idx] * self.turns[idx].conjugate();
             match self.joints[idx] {

@@ -26,7 +26,11 @@ impl Row {
     fn of_link(link: &Link) -> Self {
         let corners = link.at.corners.into_iter().zip(link.at.shares);
         let entries = corners.filter(|(_, share)| *share > 0.0);
-        let mut row = Self(entries.map(|(corner, share)| (corner as u16, share)).collect());
+        let mut row = Self(
+            entries
+                .map(|(corner, share)| (corner as u16, share))
+                .collect(),
+        );
         row.0.sort_by_key(|(vertex, _)| *vertex);
         row
     }
@@ -85,7 +89,12 @@ fn smoothed(skin: &Skin, links: &[Option<Link>], rows: &[Row]) -> Vec<Row> {
             return own.clone();
         };
         let near = (link.distance_m - SMOOTHED_M.0) / (SMOOTHED_M.1 - SMOOTHED_M.0);
-        let share = SMOOTHING * if link.is_sure { near.clamp(0.0, 1.0) } else { 1.0 };
+        let share = SMOOTHING
+            * if link.is_sure {
+                near.clamp(0.0, 1.0)
+            } else {
+                1.0
+            };
         let around = skin.around(vertex).iter().map(|other| *other as usize);
         let around: Vec<usize> = around.filter(|other| links[*other].is_some()).collect();
         if share <= 0.0 || around.is_empty() {
