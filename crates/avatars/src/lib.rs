@@ -10,7 +10,7 @@ mod rig;
 mod write;
 
 use dynaskin_body::{BodyModel, SkinMatrices};
-use glam::{Affine3A, DAffine3, DVec3, Quat, Vec3};
+use glam::{Affine3A, DAffine3, Quat, Vec3};
 
 pub use recipe::{Container, RECIPES, Recipe, RestPose, RigStyle, Unit};
 
@@ -51,7 +51,7 @@ pub struct MadeAvatar {
     pub bytes: Vec<u8>,
     /// What is known of its meshes, in the file's order.
     pub truth: Vec<MeshTruth>,
-    /// Linear part of the avatar's bind pose by vertex of the body, avatar's metres per body's metre.
+    /// Linear part of the avatar's bind pose by vertex of the body.
     posed: Vec<Affine3A>,
 }
 
@@ -85,8 +85,7 @@ pub fn make(body: &BodyModel, recipe: &Recipe) -> MadeAvatar {
         Container::Vrm0 => Quat::from_rotation_y(std::f32::consts::PI),
         _ => Quat::IDENTITY,
     };
-    let placed =
-        Affine3A::from_scale_rotation_translation(Vec3::splat(recipe.size), yaw, Vec3::ZERO);
+    let placed = Affine3A::from_quat(yaw);
     let posed: Vec<Affine3A> = body
         .skin
         .iter()
@@ -98,11 +97,7 @@ pub fn make(body: &BodyModel, recipe: &Recipe) -> MadeAvatar {
         .map(|(posed, rest)| posed.transform_point3(*rest))
         .collect();
     let world = pose.world_joints(&shaped.joints_m);
-    let placed_f64 = DAffine3::from_scale_rotation_translation(
-        DVec3::splat(f64::from(recipe.size)),
-        yaw.as_dquat(),
-        DVec3::ZERO,
-    );
+    let placed_f64 = DAffine3::from_quat(yaw.as_dquat());
     let joints_m = world.position_m.map(|at| placed_f64.transform_point3(at));
     let rig = rig::Rig::new(body, recipe, &joints_m, &positions_m, placed_f64);
     let meshes = mesh::meshes(body, recipe, &positions_m, &rig);

@@ -55,8 +55,6 @@ pub struct Recipe {
     pub name: &'static str,
     /// β of the body, standard deviations.
     pub shape: [f32; SHAPE_COUNT],
-    /// Avatar's metres per body's metre.
-    pub size: f32,
     /// How bones are named.
     pub rig: RigStyle,
     /// How it stands.
@@ -88,7 +86,6 @@ pub struct Recipe {
 const PLAIN: Recipe = Recipe {
     name: "plain",
     shape: [0.0; SHAPE_COUNT],
-    size: 1.0,
     rig: RigStyle::Mixamo,
     pose: RestPose::A,
     unit: Unit::Metres,
@@ -189,7 +186,6 @@ pub const RECIPES: [Recipe; 9] = [
     Recipe {
         name: "fine-t-garment",
         shape: [0.2, 1.0, -0.5, 0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0],
-        size: 1.04,
         pose: RestPose::T,
         garment: true,
         fine: true,

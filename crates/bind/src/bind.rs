@@ -3,7 +3,7 @@
 use dynaskin_body::{BodyModel, REGION_COUNT, Region};
 use dynaskin_motion::Drive;
 use dynaskin_skeleton::Joint;
-use glam::{DMat3, Mat3, Quat, Vec3};
+use glam::{DMat3, DVec3, Mat3, Quat, Vec3};
 
 use crate::BindError;
 use crate::align::alignment;
@@ -54,6 +54,11 @@ pub struct Bound {
     pub skin_m: Vec<Vec<Vec3>>,
     /// How much each vertex of the skin takes of the body's offsets, 0..=1, mesh by mesh.
     pub coverage: Vec<Vec<f32>>,
+    /// How far each vertex of the skin lies from its place on the body, metres, mesh by mesh; not a
+    /// number for what belongs to no part that moves.
+    pub distances_m: Vec<Vec<f32>>,
+    /// Where the avatar looks, level with the floor.
+    pub ahead: Vec3,
 }
 
 /// Binds a body's tissue to an avatar.
@@ -89,6 +94,8 @@ pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<
     let places = Places::new(body, &fitted);
     let mut links = places.links(&skin);
     let closeness = Closeness::new(&links);
+    let distance_m = |link: &Option<Link>| link.map_or(f32::NAN, |link| link.distance_m);
+    let distances_m = links.iter().map(distance_m).collect();
     inpaint::fill(&skin, &places, &mut links)?;
     let regions_off = regions_off(&proportions, &closeness);
     let rows = rows(&skin, &links, &takes(body, !regions_off.is_empty()));
@@ -103,6 +110,7 @@ pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<
         closeness,
         regions_off,
         rows,
+        distances_m,
     }))
 }
 
@@ -183,6 +191,8 @@ struct Found<'a> {
     closeness: Closeness,
     regions_off: Vec<RegionOff>,
     rows: Vec<Row>,
+    /// Metres, `[welded]`.
+    distances_m: Vec<f32>,
 }
 
 fn assembled(found: &Found<'_>) -> Bound {
@@ -191,7 +201,7 @@ fn assembled(found: &Found<'_>) -> Bound {
     let mut number: Vec<Option<u32>> = vec![None; found.rows.len()];
     let mut kept: Vec<&[(u16, f32)]> = Vec::new();
     let mut meshes = Vec::new();
-    let (mut skin_m, mut coverage) = (Vec::new(), Vec::new());
+    let (mut skin_m, mut coverage, mut distances_m) = (Vec::new(), Vec::new(), Vec::new());
     let mut first = 0;
     for mesh in &found.avatar.meshes {
         let welded = &found.skin.welded[first..first + mesh.positions.len()];
@@ -224,6 +234,8 @@ fn assembled(found: &Found<'_>) -> Bound {
                 .sum()
         };
         coverage.push(welded.iter().map(taken).collect());
+        let distance_m = |at: &u32| found.distances_m[*at as usize];
+        distances_m.push(welded.iter().map(distance_m).collect());
         meshes.push(found.mesh(mesh, vertices, of_vertices));
     }
     let rows = Rows::new(kept.into_iter(), found.body, &rig);
@@ -242,6 +254,8 @@ fn assembled(found: &Found<'_>) -> Bound {
         fitted_m: found.fitted.positions_m.clone(),
         skin_m,
         coverage,
+        distances_m,
+        ahead: found.bones.left().cross(DVec3::Y).as_vec3(),
     }
 }
 

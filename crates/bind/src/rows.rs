@@ -2,7 +2,7 @@
 
 use dynaskin_body::BodyModel;
 use dynaskin_skeleton::JOINT_COUNT;
-use glam::{DQuat, Quat, Vec3};
+use glam::{DQuat, Quat};
 
 use crate::correspond::Link;
 use crate::skin::Skin;
@@ -127,11 +127,4 @@ pub fn turn(body: &BodyModel, turns: &[DQuat; JOINT_COUNT], row: &[(u16, f32)]) 
         Some(turn) => DQuat::from_vec4(turn).as_quat(),
         None => Quat::IDENTITY,
     }
-}
-
-/// What a row makes of a value by vertex of the body, not turned.
-pub fn mixed(row: &[(u16, f32)], of_body: &[Vec3]) -> Vec3 {
-    row.iter()
-        .map(|(vertex, weight)| of_body[usize::from(*vertex)] * *weight)
-        .sum()
 }
