@@ -33,6 +33,31 @@ impl Placement {
         }
     }
 
+    /// The same surface with the size told by the first coefficient, which scales the whole body, as far
+    /// as it may: tissue is that of a person as tall as the avatar.
+    pub fn with_stature(self, body: &BodyModel, most_shape: f64) -> Self {
+        let (mut along, mut total) = (0.0, 0.0);
+        for (dir, at) in body.shape_dirs_m[0].iter().zip(&body.template_m) {
+            along += f64::from(dir.dot(*at));
+            total += f64::from(at.length_squared());
+        }
+        let per_sigma = along / total.max(1e-9);
+        if !(per_sigma > 1e-3) {
+            return self;
+        }
+        // size · (1 + β0 d) is the scale of the template.
+        let scale = self.size * (1.0 + self.shape[0] * per_sigma);
+        let stature = ((scale - 1.0) / per_sigma).clamp(-most_shape, most_shape);
+        let size = scale / (1.0 + stature * per_sigma);
+        let mut shape = self.shape.map(|beta| beta * self.size / size);
+        shape[0] = stature;
+        Self {
+            size,
+            shape,
+            translation_m: self.translation_m,
+        }
+    }
+
     pub fn unknowns(&self) -> [f64; UNKNOWNS] {
         std::array::from_fn(|idx| match idx {
             0 => self.size,

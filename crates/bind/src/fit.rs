@@ -64,7 +64,7 @@ pub fn fit_shape(
         }
         placement = equations.solved(&placement)?;
     }
-    Ok(placement)
+    Ok(placement.with_stature(body, MOST_SHAPE))
 }
 
 /// Normal equations of the fit.

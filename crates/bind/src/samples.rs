@@ -112,8 +112,25 @@ impl Match {
     }
 }
 
-/// Points at even steps of the skin's area, without head, hands and feet.
+/// Skin this close below a point is what it covers, metres.
+const COVERED_M: f32 = 0.06;
+
+/// Points at even steps of the skin's area, without head, hands and feet, and without what covers other
+/// skin: of layers the lowest tells most of the body.
 fn spread(skin: &Skin) -> Vec<Sample> {
+    let mut samples = everywhere(skin);
+    let surface = Surface::new(&skin.positions_m, &skin.faces);
+    samples.retain(|sample| {
+        let is_same_part = |face: u32| {
+            let corner = skin.faces[face as usize][0];
+            skin.parts[corner as usize].in_common(&sample.parts) > 0.3
+        };
+        !surface.has_below(sample.position_m, sample.normal, COVERED_M, is_same_part)
+    });
+    samples
+}
+
+fn everywhere(skin: &Skin) -> Vec<Sample> {
     let is_moving = |face: &&[u32; 3]| {
         face.iter().all(|corner| {
             let parts = &skin.parts[*corner as usize];

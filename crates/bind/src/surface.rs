@@ -4,8 +4,11 @@ use glam::Vec3;
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
-use parry3d::query::PointQueryWithLocation as _;
+use parry3d::query::{PointQueryWithLocation as _, Ray, RayCast as _};
 use parry3d::shape::{Triangle, TrianglePointLocation};
+
+/// Nearer than this a face below a point is the point's own, metres.
+const NEAREST_M: f32 = 1e-3;
 
 /// A triangle's point: the corners and their shares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +84,28 @@ impl<'a> Surface<'a> {
             },
         );
         found.map(|(_, (_, point))| point)
+    }
+
+    /// Whether a face that `is_meant` and looks up lies within `most_m` below a point.
+    pub fn has_below(
+        &self,
+        position_m: Vec3,
+        up: Vec3,
+        most_m: f32,
+        is_meant: impl Fn(u32) -> bool,
+    ) -> bool {
+        let ray = Ray::new(vector(position_m), vector(-up));
+        let found = self.tree.cast_ray(&ray, most_m, |face, best_m| {
+            let corners = self.faces[face as usize];
+            let [a, b, c] = corners.map(|corner| self.positions_m[corner as usize]);
+            if (b - a).cross(c - a).dot(up) <= 0.0 {
+                return None;
+            }
+            let triangle = Triangle::new(vector(a), vector(b), vector(c));
+            let hit_m = triangle.cast_local_ray(&ray, best_m, false)?;
+            (hit_m > NEAREST_M && is_meant(face)).then_some(hit_m)
+        });
+        found.is_some()
     }
 
     fn on_face(&self, face: u32, position_m: Vec3) -> SurfacePoint {

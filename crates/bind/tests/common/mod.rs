@@ -135,18 +135,19 @@ impl Case {
         mean * x_m < 0.0 && mean.abs() > 0.01 && x_m.abs() > 0.01
     }
 
-    /// Whether most of a row lies on a limb that does not hang together with the vertex's.
+    /// Whether a row lies on another limb, more than 5 cm from where the vertex comes from.
     fn is_other_limb(&self, row: usize, source: u32) -> bool {
         let own = limb(&self.body, source as usize);
-        let entries = self.bound.binding.rows.entries(row);
-        let (mut other, mut total) = (0.0, 0.0);
-        for (vertex, weight) in entries {
+        let (mut mean_m, mut other, mut total) = (Vec3::ZERO, 0.0, 0.0);
+        for (vertex, weight) in self.bound.binding.rows.entries(row) {
             total += weight;
+            mean_m += self.body.template_m[usize::from(vertex)] * weight;
             if !is_near(own, limb(&self.body, usize::from(vertex))) {
                 other += weight;
             }
         }
-        other > 0.5 * total
+        let away_m = (mean_m / total).distance(self.body.template_m[source as usize]);
+        other > 0.5 * total && away_m > 0.05
     }
 }
 
@@ -167,7 +168,7 @@ fn is_still(joint: Joint) -> bool {
     )
 }
 
-/// Whether two joints are one, neighbours, or both of the trunk.
+/// Whether two joints are one, a bone apart, or both of the trunk.
 fn is_near(a: Joint, b: Joint) -> bool {
     let is_trunk = |joint: Joint| {
         matches!(
@@ -181,8 +182,6 @@ fn is_near(a: Joint, b: Joint) -> bool {
                 | Joint::RightCollar
         )
     };
-    let is_above = |low: Joint, high: Joint| {
-        low.parent() == Some(high) || low.parent().and_then(Joint::parent) == Some(high)
-    };
+    let is_above = |low: Joint, high: Joint| low.parent() == Some(high);
     a == b || (is_trunk(a) && is_trunk(b)) || is_above(a, b) || is_above(b, a)
 }
