@@ -13,6 +13,7 @@ use crate::bind_pose::rotation_of;
 use crate::binding::{Binding, MeshBinding, Rows, fingerprint_of_avatar, fingerprint_of_body};
 use crate::bones::Bones;
 use crate::correspond::{Link, Places};
+use crate::drape::draped;
 use crate::fit::fit_shape;
 use crate::inpaint;
 use crate::limbs::{FittedBody, fit_limbs};
@@ -91,9 +92,10 @@ pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<
     let turns = alignment(&bones, &body.joint_template_m);
     let placement = fit_shape(body, &bones, &samples, &turns)?;
     let fitted = fit_limbs(body, &bones, &samples, &placement, turns)?;
-    let places = Places::new(body, &fitted);
+    let draped_m = draped(body, &samples, &fitted.positions_m)?;
+    let places = Places::new(body, &draped_m, &fitted.positions_m);
     let mut links = places.links(&skin);
-    let closeness = Closeness::new(&links);
+    let closeness = Closeness::new(&skin, &places, &links);
     let distance_m = |link: &Option<Link>| link.map_or(f32::NAN, |link| link.distance_m);
     let distances_m = links.iter().map(distance_m).collect();
     inpaint::fill(&skin, &places, &mut links)?;
@@ -107,6 +109,7 @@ pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<
         proportions,
         placement,
         fitted,
+        draped_m: draped_m.clone(),
         closeness,
         regions_off,
         rows,
@@ -117,20 +120,37 @@ pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<
 /// How closely the fitted body lies under the skin.
 struct Closeness {
     share_close: f32,
+    share_close_bare: f32,
+    /// Without the drape.
     median_m: f32,
 }
 
 impl Closeness {
-    fn new(links: &[Option<Link>]) -> Self {
-        let mut distances_m: Vec<f32> =
-            links.iter().flatten().map(|link| link.distance_m).collect();
-        distances_m.sort_by(f32::total_cmp);
-        let close = distances_m.partition_point(|distance_m| *distance_m <= CLOSE_M);
+    fn new(skin: &Skin, places: &Places<'_>, links: &[Option<Link>]) -> Self {
+        let found = || {
+            links
+                .iter()
+                .enumerate()
+                .filter_map(|(vertex, link)| Some((vertex, (*link)?)))
+        };
+        let draped_m: Vec<f32> = found().map(|(_, link)| link.distance_m).collect();
+        let mut bare_m: Vec<f32> = found()
+            .map(|(vertex, link)| places.bare_distance_m(skin.positions_m[vertex], &link.at))
+            .collect();
+        bare_m.sort_by(f32::total_cmp);
+        let share = |distances_m: &[f32]| {
+            let close = distances_m
+                .iter()
+                .filter(|distance_m| **distance_m <= CLOSE_M)
+                .count();
+            close as f32 / distances_m.len().max(1) as f32
+        };
         Self {
-            share_close: close as f32 / distances_m.len().max(1) as f32,
+            share_close: share(&draped_m),
+            share_close_bare: share(&bare_m),
             // Nothing near the body fits it badly.
-            median_m: distances_m
-                .get(distances_m.len() / 2)
+            median_m: bare_m
+                .get(bare_m.len() / 2)
                 .copied()
                 .unwrap_or(f32::INFINITY),
         }
@@ -188,6 +208,7 @@ struct Found<'a> {
     proportions: Proportions,
     placement: Placement,
     fitted: FittedBody,
+    draped_m: Vec<Vec3>,
     closeness: Closeness,
     regions_off: Vec<RegionOff>,
     rows: Vec<Row>,
@@ -251,7 +272,7 @@ fn assembled(found: &Found<'_>) -> Bound {
             meshes,
             report,
         },
-        fitted_m: found.fitted.positions_m.clone(),
+        fitted_m: found.draped_m.clone(),
         skin_m,
         coverage,
         distances_m,
@@ -326,6 +347,7 @@ impl Found<'_> {
             missing: missing.map(|joint| joint.name().to_owned()).collect(),
             proportions: self.proportions,
             share_close: self.closeness.share_close,
+            share_close_bare: self.closeness.share_close_bare,
             median_m: self.closeness.median_m,
             vertices: self.avatar.vertex_count() as u32,
             moving: meshes.iter().map(|mesh| mesh.vertices.len() as u32).sum(),

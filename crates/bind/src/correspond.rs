@@ -3,7 +3,6 @@
 use dynaskin_body::{BodyModel, vertex_normals};
 use glam::Vec3;
 
-use crate::limbs::FittedBody;
 use crate::parts::PartWeights;
 use crate::skin::Skin;
 use crate::surface::{Surface, SurfacePoint};
@@ -41,15 +40,19 @@ pub struct Link {
 /// The fitted body's surface, to find places on.
 pub struct Places<'a> {
     surface: Surface<'a>,
+    /// Without its drape, metres.
+    bare_m: &'a [Vec3],
     normals: Vec<Vec3>,
     parts: Vec<PartWeights>,
 }
 
 impl<'a> Places<'a> {
-    pub fn new(body: &'a BodyModel, fitted: &'a FittedBody) -> Self {
+    /// `draped_m`: the fitted body with its drape; `bare_m`: without it.
+    pub fn new(body: &'a BodyModel, draped_m: &'a [Vec3], bare_m: &'a [Vec3]) -> Self {
         Self {
-            surface: Surface::new(&fitted.positions_m, &body.faces),
-            normals: vertex_normals(&fitted.positions_m, &body.faces),
+            surface: Surface::new(draped_m, &body.faces),
+            bare_m,
+            normals: vertex_normals(draped_m, &body.faces),
             parts: body.skin.iter().map(PartWeights::of_body).collect(),
         }
     }
@@ -75,7 +78,7 @@ impl<'a> Places<'a> {
         Some(Link {
             at,
             distance_m: at.distance_m,
-            strength: strength(at.distance_m),
+            strength: strength(self.bare_distance_m(skin.positions_m[vertex], &at)),
             is_sure,
         })
     }
@@ -99,6 +102,14 @@ impl<'a> Places<'a> {
     /// A place in space, metres.
     pub fn position_m(&self, at: &SurfacePoint) -> Vec3 {
         at.mix(self.surface.positions_m())
+    }
+
+    /// How far a point lies from a place without its drape, metres.
+    pub fn bare_distance_m(&self, position_m: Vec3, at: &SurfacePoint) -> f32 {
+        // A place slides along the surface as the drape grows: what counts is how high the point stands.
+        let lift_m = self.position_m(at).distance(at.mix(self.bare_m));
+        let bare_m = position_m.distance(at.mix(self.bare_m));
+        bare_m.min(at.distance_m + lift_m)
     }
 
     fn in_common(&self, at: &SurfacePoint, parts: &PartWeights) -> f32 {

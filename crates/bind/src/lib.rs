@@ -12,6 +12,7 @@ mod bind_pose;
 mod binding;
 mod bones;
 mod correspond;
+mod drape;
 mod error;
 mod file;
 mod fit;

@@ -41,7 +41,9 @@ pub struct Report {
     /// Share of the skin's vertices within 2 cm of the fitted body; head, hands, feet and what belongs to
     /// nobody left out.
     pub share_close: f32,
-    /// Median distance of these vertices from the fitted body, metres.
+    /// The same before the body is drawn smoothly to loose skin.
+    pub share_close_bare: f32,
+    /// Median distance of these vertices from the body as it was before that, metres.
     pub median_m: f32,
     /// Vertices of all meshes.
     pub vertices: u32,

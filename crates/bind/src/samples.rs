@@ -68,6 +68,11 @@ impl Samples {
         }
     }
 
+    /// The faces of the body that are looked at.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
     /// Each point's place on the body with these posed positions, where it has one.
     pub fn matches(&self, positions_m: &[Vec3]) -> Vec<Match> {
         let normals = vertex_normals(positions_m, &self.faces);

@@ -28,6 +28,7 @@ const MOST_BYTES: usize = 200_000;
 #[test]
 fn all_are_bound() {
     let bodies = ["female", "male"].map(|name| (name, body(name)));
+    let mut missed: Vec<(&str, f32)> = Vec::new();
     for (name, of_body, least) in AVATARS {
         let Some(bytes) = shared_avatar(name) else {
             continue;
@@ -37,8 +38,9 @@ fn all_are_bound() {
         let binding = bind(&avatar, body, &BindOptions::adult()).unwrap().binding;
         let report = &binding.report;
         println!(
-            "{name}: within 2 cm {:.3}, median {:.1} mm, {:?}",
+            "{name}: within 2 cm {:.3} ({:.3} bare), median {:.1} mm, {:?}",
             report.share_close,
+            report.share_close_bare,
             1e3 * report.median_m,
             report.regions_off,
         );
@@ -58,4 +60,5 @@ fn all_are_bound() {
             );
         }
     }
+    assert!(missed.is_empty(), "{missed:?}");
 }
