@@ -42,7 +42,7 @@ impl Placement {
             total += f64::from(at.length_squared());
         }
         let per_sigma = along / total.max(1e-9);
-        if !(per_sigma > 1e-3) {
+        if per_sigma.is_nan() || per_sigma <= 1e-3 {
             return self;
         }
         // size · (1 + β0 d) is the scale of the template.

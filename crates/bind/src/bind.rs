@@ -164,7 +164,7 @@ fn regions_off(proportions: &Proportions, closeness: &Closeness) -> Vec<RegionOf
             "crown to shoulder is {:.3} of the stature, {GUARDED_CROWN_TO_SHOULDER} and more",
             proportions.crown_to_shoulder
         )
-    } else if !(f64::from(closeness.median_m) <= GUARDED_MEDIAN_M) {
+    } else if !matches!(f64::from(closeness.median_m), 0.0..=GUARDED_MEDIAN_M) {
         format!(
             "half of the skin lies {:.0} mm and more from the body",
             1e3 * closeness.median_m

@@ -15,9 +15,9 @@ use crate::BindError;
 use crate::samples::Samples;
 
 /// Rounds of closest points.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 3;
 /// Weight of the difference between the heights of neighbours over that of a point's distance.
-const SMOOTH: f64 = 0.6;
+const SMOOTH: f64 = 0.25;
 /// Weight of a height itself.
 const FLAT: f64 = 0.01;
 /// Highest and deepest drape, metres.

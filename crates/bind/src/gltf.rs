@@ -1,7 +1,7 @@
 //! Reads an avatar from binary glTF: `.glb`, VRM 0.x and VRM 1.0.
 
 use dynaskin_glb::{Document, GlbError, local_transform, node_parents, part_names};
-use glam::{DAffine3, DMat4, Mat4, Vec3};
+use glam::{DAffine3, Mat4, Vec3};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -119,7 +119,7 @@ fn skin_of(file: &Document<'_>, index: usize) -> Result<(Vec<usize>, Vec<DAffine
         None => vec![DAffine3::IDENTITY; joints.len()],
         Some(accessor) => {
             let numbers = file.floats::<16>(accessor.value(), Type::Mat4)?;
-            let matrix = |m: &[f32; 16]| DMat4::from(Mat4::from_cols_array(m).as_dmat4());
+            let matrix = |m: &[f32; 16]| Mat4::from_cols_array(m).as_dmat4();
             numbers
                 .iter()
                 .map(|m| DAffine3::from_mat4(matrix(m)))

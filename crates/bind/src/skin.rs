@@ -13,6 +13,8 @@ use crate::parts::PartWeights;
 const WELD_M: f32 = 2e-4;
 /// Edge of the cells in which they are looked for, metres.
 const CELL_M: f32 = 2.0 * WELD_M;
+/// Farther away than this nothing of an avatar lies, metres.
+const MOST_EXTENT_M: f32 = 1e4;
 /// Less surface than this is none, square metres.
 const LEAST_AREA_M2: f64 = 1e-2;
 
@@ -44,7 +46,7 @@ impl Skin {
             let far = placed
                 .iter()
                 .enumerate()
-                .find(|(_, at)| !(at.length() < 1e4));
+                .find(|(_, at)| !matches!(at.length(), ..MOST_EXTENT_M));
             if let Some((vertex, at)) = far {
                 return Err(BindError::NotFinite {
                     place: format!(
@@ -89,7 +91,7 @@ impl Skin {
             .iter()
             .map(|face| f64::from(area_m2(&skin.positions_m, face)))
             .sum();
-        if !(total_m2 > LEAST_AREA_M2) {
+        if !matches!(total_m2, LEAST_AREA_M2..) {
             return Err(BindError::NoSurface {
                 faces: declared,
                 area_m2: total_m2,

@@ -26,10 +26,19 @@ const AVATARS: [(&str, &str, f32); 10] = [
 const MOST_BYTES: usize = 200_000;
 
 #[test]
-fn all_are_bound() {
+fn realistic_people_are_bound() {
+    all_are_bound(&AVATARS[..5]);
+}
+
+#[test]
+fn game_figures_and_vrm_are_bound() {
+    all_are_bound(&AVATARS[5..]);
+}
+
+fn all_are_bound(avatars: &[(&str, &str, f32)]) {
     let bodies = ["female", "male"].map(|name| (name, body(name)));
     let mut missed: Vec<(&str, f32)> = Vec::new();
-    for (name, of_body, least) in AVATARS {
+    for (name, of_body, least) in avatars {
         let Some(bytes) = shared_avatar(name) else {
             continue;
         };
@@ -44,11 +53,7 @@ fn all_are_bound() {
             1e3 * report.median_m,
             report.regions_off,
         );
-        assert!(
-            report.share_close >= least,
-            "{name}: {}",
-            report.share_close
-        );
+        missed.extend((report.share_close < *least).then_some((*name, report.share_close)));
         let stored = binding.to_bytes();
         assert!(stored.len() <= MOST_BYTES, "{name}: {} bytes", stored.len());
         let again = Binding::from_bytes(&stored, body).unwrap();
