@@ -1,5 +1,8 @@
 //! Binds files and prints what was found, and the time it took: `bind_files BODY.glb AVATAR...`.
 
+// It prints what it measures.
+#![allow(clippy::print_stdout)]
+
 use std::time::Instant;
 
 use dynaskin_bind::{Avatar, BindOptions, bind};

@@ -2,6 +2,8 @@
 
 // Each test uses its own part of it.
 #![allow(dead_code)]
+// What is skipped is said.
+#![allow(clippy::print_stdout)]
 
 use std::path::PathBuf;
 
