@@ -22,6 +22,21 @@ fn hips_m(pose: &Pose, joints_m: &[Vec3; 24]) -> DVec3 {
     0.5 * (world.position_m[Joint::LeftHip as usize] + world.position_m[Joint::RightHip as usize])
 }
 
+/// The pose with its spine bent and turned by `angle` (radians), unevenly over its joints.
+fn bent(pose: &Pose, angle: f64) -> Pose {
+    let mut pose = pose.clone();
+    for (joint, share) in [
+        (Joint::Spine1, 0.3),
+        (Joint::Spine2, 0.25),
+        (Joint::Spine3, 0.45),
+    ] {
+        let turn =
+            DQuat::from_rotation_x(share * angle) * DQuat::from_rotation_y(0.5 * share * angle);
+        pose.parent_from_joint[joint as usize] *= turn;
+    }
+    pose
+}
+
 /// There and back over a motion: the farthest that a joint lies off, metres.
 fn farthest_m(case: &Case) -> f64 {
     let binding = &case.bound.binding;
@@ -31,7 +46,8 @@ fn farthest_m(case: &Case) -> f64 {
         .clip(&joints_m)
         .unwrap();
     let mut farthest_m = 0.0_f64;
-    for pose in clip.frames.iter().step_by(7) {
+    for (frame, pose) in clip.frames.iter().enumerate().step_by(7) {
+        let pose = &bent(pose, 0.35 * (0.1 * frame as f64).sin());
         let world = binding.rig.world_rotations(pose);
         let again = binding
             .rig

@@ -11,7 +11,6 @@ mod nodes;
 mod values;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
@@ -48,7 +47,8 @@ pub struct Document<'a> {
     json: Cow<'a, [u8]>,
     binary: Cow<'a, [u8]>,
     /// Compressed buffer views, by index.
-    compressions: BTreeMap<usize, values::Compression>,
+    #[cfg(feature = "meshopt")]
+    compressions: std::collections::BTreeMap<usize, meshopt::Compression>,
 }
 
 impl<'a> Document<'a> {
@@ -69,7 +69,8 @@ impl<'a> Document<'a> {
             .ok_or_else(|| GlbError::new("BIN chunk", "a binary buffer"))?;
         Ok(Self {
             root,
-            compressions: values::compressions(&glb.json),
+            #[cfg(feature = "meshopt")]
+            compressions: meshopt::compressions(&glb.json),
             json: glb.json,
             binary,
         })

@@ -1,9 +1,76 @@
 //! Decompresses buffers that meshoptimizer compressed.
 
-use crate::values::{Compression, MAX_ELEMENTS};
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::GlbError;
+use crate::values::MAX_ELEMENTS;
+
+/// Where a compressed buffer view really lies.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Compression {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    pub byte_stride: usize,
+    count: usize,
+    mode: String,
+    #[serde(default)]
+    filter: Option<String>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Views {
+    buffer_views: Vec<View>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct View {
+    extensions: Extensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Extensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    meshopt: Option<Compression>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    meshopt_khr: Option<Compression>,
+}
+
+/// The compressed buffer views of a document; none where it names none in a way that can be read.
+pub fn compressions(json: &[u8]) -> BTreeMap<usize, Compression> {
+    let views: Views = serde_json::from_slice(json).unwrap_or_default();
+    let views = views.buffer_views.into_iter().enumerate();
+    views
+        .filter_map(|(idx, view)| {
+            let extensions = view.extensions;
+            Some((idx, extensions.meshopt.or(extensions.meshopt_khr)?))
+        })
+        .collect()
+}
+
+impl Compression {
+    /// The bytes of buffer view `index`, from the file's own buffer.
+    pub fn decompressed(&self, index: usize, binary: &[u8]) -> Result<Vec<u8>, GlbError> {
+        let bad = |expected: &str| GlbError::new(format!("buffer view {index}"), expected);
+        let range = || {
+            let end = self.byte_offset.checked_add(self.byte_length)?;
+            binary.get(self.byte_offset..end)
+        };
+        let encoded = (self.buffer == 0).then(range).flatten();
+        let encoded = encoded.ok_or_else(|| bad("compressed data inside the BIN chunk"))?;
+        decode(encoded, self).ok_or_else(|| bad("data that meshoptimizer can decompress"))
+    }
+}
 
 /// The decompressed bytes; none for what cannot be decompressed.
-pub fn decode(encoded: &[u8], compression: &Compression) -> Option<Vec<u8>> {
+fn decode(encoded: &[u8], compression: &Compression) -> Option<Vec<u8>> {
     if compression.count > MAX_ELEMENTS {
         return None;
     }

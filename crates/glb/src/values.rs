@@ -2,65 +2,14 @@
 //! strided, sparse, and compressed by meshoptimizer where the feature `meshopt` is on.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
-use serde::Deserialize;
 
 use crate::{Document, GlbError};
 
 /// More elements than any vertex buffer of a character has.
 pub const MAX_ELEMENTS: usize = 8_000_000;
-
-/// Where a compressed buffer view really lies.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-#[cfg_attr(not(feature = "meshopt"), allow(dead_code))]
-pub(crate) struct Compression {
-    pub buffer: usize,
-    #[serde(default)]
-    pub byte_offset: usize,
-    pub byte_length: usize,
-    pub byte_stride: usize,
-    pub count: usize,
-    pub mode: String,
-    #[serde(default)]
-    pub filter: Option<String>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-struct Views {
-    buffer_views: Vec<View>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct View {
-    extensions: Extensions,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Extensions {
-    #[serde(rename = "EXT_meshopt_compression")]
-    meshopt: Option<Compression>,
-    #[serde(rename = "KHR_meshopt_compression")]
-    meshopt_khr: Option<Compression>,
-}
-
-/// The compressed buffer views of a document; none where it names none in a way that can be read.
-pub(crate) fn compressions(json: &[u8]) -> BTreeMap<usize, Compression> {
-    let views: Views = serde_json::from_slice(json).unwrap_or_default();
-    let views = views.buffer_views.into_iter().enumerate();
-    views
-        .filter_map(|(idx, view)| {
-            let extensions = view.extensions;
-            Some((idx, extensions.meshopt.or(extensions.meshopt_khr)?))
-        })
-        .collect()
-}
 
 /// Bytes of a buffer view or accessor, and how its elements follow each other.
 struct Raw<'a> {
@@ -184,9 +133,10 @@ impl Document<'_> {
     /// A buffer view whose elements have `size` bytes.
     fn view(&self, index: usize, size: usize) -> Result<Raw<'_>, GlbError> {
         let bad = |expected: &str| GlbError::new(format!("buffer view {index}"), expected);
+        #[cfg(feature = "meshopt")]
         if let Some(compression) = self.compressions.get(&index) {
             return Ok(Raw {
-                bytes: Cow::Owned(self.decompressed(index, compression)?),
+                bytes: Cow::Owned(compression.decompressed(index, &self.binary)?),
                 stride: compression.byte_stride,
             });
         }
@@ -194,7 +144,7 @@ impl Document<'_> {
         let view = view.ok_or_else(|| bad("a buffer view"))?;
         if view.buffer.value() != 0 {
             return Err(bad(
-                "data in the file's own buffer, not in a file beside it",
+                "data in the file's own buffer, neither compressed nor in a file beside it",
             ));
         }
         let start = usize::try_from(view.byte_offset.map_or(0, |offset| offset.0));
@@ -209,29 +159,6 @@ impl Document<'_> {
             bytes: Cow::Borrowed(bytes.ok_or_else(|| bad("data inside the BIN chunk"))?),
             stride: view.byte_stride.map_or(size, |stride| stride.0),
         })
-    }
-
-    #[cfg(not(feature = "meshopt"))]
-    fn decompressed(&self, index: usize, _: &Compression) -> Result<Vec<u8>, GlbError> {
-        Err(GlbError::new(
-            format!("buffer view {index}"),
-            "data that is not compressed (EXT_meshopt_compression)",
-        ))
-    }
-
-    #[cfg(feature = "meshopt")]
-    fn decompressed(&self, index: usize, compression: &Compression) -> Result<Vec<u8>, GlbError> {
-        let bad = |expected: &str| GlbError::new(format!("buffer view {index}"), expected);
-        let range = || {
-            let end = compression
-                .byte_offset
-                .checked_add(compression.byte_length)?;
-            self.binary.get(compression.byte_offset..end)
-        };
-        let encoded = (compression.buffer == 0).then(range).flatten();
-        let encoded = encoded.ok_or_else(|| bad("compressed data inside the BIN chunk"))?;
-        crate::meshopt::decode(encoded, compression)
-            .ok_or_else(|| bad("data that meshoptimizer can decompress"))
     }
 }
 
