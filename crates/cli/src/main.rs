@@ -16,6 +16,10 @@ enum Command {
     /// Make body models.
     #[command(subcommand)]
     Body(commands::body::BodyCommand),
+    /// Bind a body's soft tissue to somebody else's avatar.
+    Bind(commands::bind::BindArgs),
+    /// Make avatars whose soft tissue is known, to test binding with.
+    Avatars(commands::avatars::AvatarsArgs),
     /// Simulate soft tissue under motions: training data.
     Simulate(commands::simulate::SimulateArgs),
     /// Fit a body to a mesh sequence: shape, poses and soft-tissue offsets.
@@ -31,6 +35,8 @@ enum Command {
 fn main() -> anyhow::Result<()> {
     match Cli::parse().command {
         Command::Body(command) => commands::body::run(&command),
+        Command::Bind(args) => commands::bind::run(&args),
+        Command::Avatars(args) => commands::avatars::run(&args),
         Command::Simulate(args) => commands::simulate::run(&args),
         Command::Fit(args) => commands::fit::run(&args),
         Command::FitCheck(args) => commands::fit_check::run(&args),

@@ -5,11 +5,20 @@
 //! strides, which wrap around or panic in files made to hurt.
 
 mod counts;
+mod humanoid;
+#[cfg(feature = "meshopt")]
+mod meshopt;
+mod nodes;
+mod values;
 
 use std::borrow::Cow;
 
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
+
+pub use humanoid::humanoid_bones;
+pub use nodes::{Local, MAX_NODES, local_transform, node_parents, part_names};
+pub use values::MAX_ELEMENTS;
 
 /// What is wrong with a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,6 +47,9 @@ pub struct Document<'a> {
     pub root: gltf::json::Root,
     json: Cow<'a, [u8]>,
     binary: Cow<'a, [u8]>,
+    /// Compressed buffer views, by index.
+    #[cfg(feature = "meshopt")]
+    compressions: std::collections::BTreeMap<usize, meshopt::Compression>,
 }
 
 impl<'a> Document<'a> {
@@ -59,6 +71,8 @@ impl<'a> Document<'a> {
             .ok_or_else(|| GlbError::new("BIN chunk", "a binary buffer"))?;
         Ok(Self {
             root,
+            #[cfg(feature = "meshopt")]
+            compressions: meshopt::compressions(&glb.json),
             json: glb.json,
             binary,
         })

@@ -22,7 +22,9 @@ pub use dynaskin_skeleton::MODEL_RATE_HZ;
 pub use error::MotionError;
 pub use file::{FileClip, MotionFile};
 pub use glb::{AnimationInfo, GltfMotion};
-pub use options::{AnimationChoice, ReadOptions, UpAxis};
+pub use options::{AnimationChoice, ReadOptions, UpAxis, find_named};
 pub use procedural::{Procedural, ProceduralKind};
 pub use puppet::{Grip, Puppet};
-pub use retarget::{JointReport, LengthUnit, SourceMotion, World, retarget, retarget_watched};
+pub use retarget::{
+    Drive, JointReport, LengthUnit, Mapping, SourceMotion, World, retarget, retarget_watched,
+};

@@ -106,7 +106,11 @@ impl ReadOptions {
     }
 }
 
-/// The joints that the caller named, found among the file's.
+/// The joints that the caller named, found among the file's: for each of the body's joints an index into
+/// `names`.
+///
+/// # Errors
+/// [`MotionError::NamedJoint`] for a name that is not there, or more than once.
 pub fn find_named(
     joints: &[(Joint, String)],
     names: &[&str],

@@ -44,15 +44,23 @@ pub fn heat_colour(share: f64) -> [u8; 3] {
 impl Picture {
     /// The picture as the source of an `img` element.
     pub(crate) fn data_uri(&self, caption: &str) -> Result<String, ReportError> {
+        let png = self.png(caption)?;
+        Ok(format!("data:image/png;base64,{}", STANDARD.encode(png)))
+    }
+
+    /// The picture as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// [`ReportError::Picture`], with `caption`, for one that cannot be drawn.
+    pub fn png(&self, caption: &str) -> Result<Vec<u8>, ReportError> {
         let failed = |reason: &str| ReportError::Picture {
             caption: caption.to_owned(),
             reason: reason.to_owned(),
         };
         let pixmap = self.draw().map_err(failed)?;
-        let png = pixmap
+        pixmap
             .encode_png()
-            .map_err(|error| failed(&error.to_string()))?;
-        Ok(format!("data:image/png;base64,{}", STANDARD.encode(png)))
+            .map_err(|error| failed(&error.to_string()))
     }
 
     fn draw(&self) -> Result<Pixmap, &'static str> {

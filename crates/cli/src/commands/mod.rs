@@ -1,5 +1,7 @@
 //! One module per subcommand.
 
+pub mod avatars;
+pub mod bind;
 pub mod body;
 pub mod evaluate;
 pub mod fit;

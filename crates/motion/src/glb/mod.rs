@@ -6,14 +6,13 @@
 //! skins, or from the names of all nodes.
 
 mod animations;
-mod humanoid;
 mod nodes;
 mod rest;
 mod track;
 mod unit;
 
 use dynaskin_body::{JOINT_COUNT, Joint};
-use dynaskin_glb::{Document, GlbError};
+use dynaskin_glb::{Document, GlbError, Local};
 use glam::{DAffine3, DQuat, DVec3};
 use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
@@ -22,7 +21,7 @@ use crate::options::{ReadOptions, find_named};
 use crate::{MAX_CLIP_FRAMES, MODEL_RATE_HZ, MotionError, SourceMotion, World};
 pub use animations::AnimationInfo;
 use animations::{animations, check_keys, chosen, key_rate_hz, moving, what_was_chosen};
-use nodes::{Local, Node};
+use nodes::Node;
 use rest::bound;
 use track::Track;
 use unit::unit_note;

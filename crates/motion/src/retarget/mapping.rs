@@ -34,14 +34,19 @@ pub enum Drive {
 }
 
 /// Source joints of the body's joints.
-#[derive(Clone)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mapping {
+    /// What turns each of the body's joints, in SMPL's order.
     pub drives: [Drive; JOINT_COUNT],
     /// From above the pelvis to the joint that carries both arms; the pelvis where there is none.
     pub spine: Vec<usize>,
 }
 
 impl Mapping {
+    /// Finds who is who by the names and the tree of a skeleton.
+    ///
+    /// # Errors
+    /// [`MotionError::MissingJoints`] where they do not show a person.
     pub fn new(motion: &dyn SourceMotion) -> Result<Self, MotionError> {
         let mut found = named_joints(motion);
         let rest = motion.rest_positions();
@@ -284,7 +289,7 @@ pub enum LengthUnit {
 
 impl LengthUnit {
     /// Judges by the leg (hip to knee to ankle), which measures 0.5 to 1.2 m.
-    pub(super) fn of_leg(leg: f64) -> Self {
+    pub fn of_leg(leg: f64) -> Self {
         match leg {
             0.4..1.4 => Self::Metre,
             15.0..46.0 => Self::Inch,

@@ -26,8 +26,7 @@ use align::{Alignment, SoleReference};
 use evidence::Evidence;
 #[cfg(feature = "amass")]
 pub(crate) use floor::put_on_floor;
-use mapping::Mapping;
-pub use mapping::{JointReport, LengthUnit};
+pub use mapping::{Drive, JointReport, LengthUnit, Mapping};
 use posing::poses;
 use sides::Facing;
 use skeleton::{Source, leg_length};

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use dynaskin_glb::Document;
 use serde::Deserialize;
+
+use crate::Document;
 
 #[derive(Default, Deserialize)]
 struct Extended {
@@ -46,7 +47,7 @@ struct NamedBone {
 
 /// VRM's names (`leftUpperLeg`) of the nodes that are bones of a person; empty for files without
 /// such an extension or with a broken one.
-pub fn bone_names(file: &Document<'_>) -> HashMap<usize, String> {
+pub fn humanoid_bones(file: &Document<'_>) -> HashMap<usize, String> {
     let extended: Extended = serde_json::from_slice(file.json()).unwrap_or_default();
     let Extensions {
         animation,

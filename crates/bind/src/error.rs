@@ -1,0 +1,132 @@
+//! Why an avatar cannot be bound, or a binding not be used.
+
+use dynaskin_glb::GlbError;
+use dynaskin_motion::MotionError;
+
+use crate::proportions::{LEAST_HIP_HEIGHT, LEAST_STATURE_M, MOST_CROWN_TO_SHOULDER, Proportions};
+
+/// What stands between an avatar and its tissue, in a sentence.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BindError {
+    /// The file is no binary glTF, or a part of it is missing, cut or of the wrong type.
+    #[error("avatar file, {0}")]
+    Glb(#[from] GlbError),
+    /// No mesh of the file has a skin.
+    #[error(
+        "the file has {meshes} meshes and none of them is skinned: soft tissue follows bones, so \
+         export the avatar with its armature and weights"
+    )]
+    Unskinned {
+        /// Meshes in the file.
+        meshes: usize,
+    },
+    /// The skinned meshes have more vertices than an avatar.
+    #[error(
+        "the avatar has {vertices} vertices, at most {limit} are bound: thin the mesh, or export a \
+         lower level of detail"
+    )]
+    TooManyVertices {
+        /// Vertices of all skinned meshes.
+        vertices: usize,
+        /// The most that are bound.
+        limit: usize,
+    },
+    /// A number of a mesh or of the skeleton is not finite, or absurdly large.
+    #[error("{place}: {found} is no usable number; export the avatar again")]
+    NotFinite {
+        /// Mesh and vertex, or node.
+        place: String,
+        /// The number.
+        found: f64,
+    },
+    /// The skinned meshes have no surface.
+    #[error(
+        "the skinned meshes have {faces} triangles and no surface to speak of ({area_m2} m²); \
+         export the avatar with its faces"
+    )]
+    NoSurface {
+        /// Triangles of all skinned meshes.
+        faces: usize,
+        /// Their area in square metres.
+        area_m2: f64,
+    },
+    /// Neither names nor shape of the skeleton show a person.
+    #[error("no person was found in the skeleton: {0}")]
+    NoHumanoid(MotionError),
+    /// The caller's choice of bones cannot be used.
+    #[error("{0}")]
+    Bones(MotionError),
+    /// The skeleton does not stand upright, as an animal's.
+    #[error(
+        "the trunk leans {lean_degrees:.0} degrees from upright where the avatar rests: this is no \
+         person who stands, and soft tissue is made for people alone"
+    )]
+    NotUpright {
+        /// Between the trunk and the way up.
+        lean_degrees: f64,
+    },
+    /// The caller has not said that the avatar shows an adult.
+    #[error(
+        "soft tissue is for adults alone: say that the avatar depicts one (`depicts: \"adult\"`, \
+         `--depicts adult`), got {}",
+        .declared.as_deref().map_or_else(|| "nothing".to_owned(), |word| format!("`{word}`"))
+    )]
+    Undeclared {
+        /// What the caller said.
+        declared: Option<String>,
+    },
+    /// The avatar has the proportions of a child or of a toon.
+    #[error(
+        "the avatar has not the proportions of an adult: {}; soft tissue is for adults alone, and \
+         there is no way around this", why(.0)
+    )]
+    NotAdult(Proportions),
+    /// A binding cannot be read.
+    #[error("the binding cannot be used: {problem}; bind the avatar again")]
+    InvalidBinding {
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A binding belongs to another avatar or another body.
+    #[error("the binding was made for another {what}; bind this avatar again")]
+    AnotherFile {
+        /// `avatar` or `body`.
+        what: &'static str,
+    },
+    /// The body lacks what a binding needs.
+    #[error("the body cannot be bound to an avatar: {0}")]
+    Body(&'static str),
+    /// The equations of the fit have no solution.
+    #[error("the body could not be fitted to the avatar: {0}")]
+    NoFit(&'static str),
+}
+
+/// Which proportions are not those of an adult.
+fn why(found: &Proportions) -> String {
+    let mut reasons = Vec::new();
+    if found.crown_to_shoulder >= MOST_CROWN_TO_SHOULDER {
+        reasons.push(format!(
+            "crown to shoulder is {:.3} of the stature (below {MOST_CROWN_TO_SHOULDER} for adults)",
+            found.crown_to_shoulder
+        ));
+    }
+    if found.hip_height <= LEAST_HIP_HEIGHT {
+        reasons.push(format!(
+            "the hips stand at {:.3} of the stature (above {LEAST_HIP_HEIGHT} for adults)",
+            found.hip_height
+        ));
+    }
+    if let Some(stature_m) = found
+        .stature_m
+        .filter(|stature_m| *stature_m < LEAST_STATURE_M)
+    {
+        reasons.push(format!(
+            "it is {stature_m:.2} m tall (at least {LEAST_STATURE_M} m for adults)"
+        ));
+    }
+    if reasons.is_empty() {
+        reasons.push("they cannot be measured".to_owned());
+    }
+    reasons.join(", ")
+}

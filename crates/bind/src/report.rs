@@ -1,0 +1,73 @@
+//! What binding found: bones, shape, how closely the body fits, what stays still and why.
+
+use serde::{Deserialize, Serialize};
+
+use crate::proportions::Proportions;
+
+/// Within this distance of the fitted body skin counts as close, metres.
+pub const CLOSE_M: f32 = 0.02;
+
+/// A region of tissue that stays still on an avatar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegionOff {
+    /// The region's name.
+    pub region: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// A mesh of the avatar in the report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeshReport {
+    /// The mesh's name.
+    pub name: String,
+    /// The material's name.
+    pub material: String,
+    /// Its vertices.
+    pub vertices: u32,
+    /// How many of them move.
+    pub moving: u32,
+}
+
+/// What binding found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// The body's joints and the avatar's bone that turns each.
+    pub bones: Vec<(String, String)>,
+    /// The body's joints that no bone turns; they follow their parents.
+    pub missing: Vec<String>,
+    /// What the proportions are.
+    pub proportions: Proportions,
+    /// Share of the skin's vertices within 2 cm of the fitted body; head, hands, feet and what belongs to
+    /// nobody left out.
+    pub share_close: f32,
+    /// The same before the body is drawn smoothly to loose skin.
+    pub share_close_bare: f32,
+    /// Median distance of these vertices from the body as it was before that, metres.
+    pub median_m: f32,
+    /// Vertices of all meshes.
+    pub vertices: u32,
+    /// How many of them move.
+    pub moving: u32,
+    /// Each mesh.
+    pub meshes: Vec<MeshReport>,
+    /// The regions that stay still.
+    pub regions_off: Vec<RegionOff>,
+    /// Bones that move breasts or buttocks by themselves: they and the tissue move the same skin twice.
+    pub double_motion: Vec<String>,
+    /// What was found other than usual: a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Words in names of bones that authors give tissue of their own.
+const TISSUE_WORDS: [&str; 12] = [
+    "breast", "bust", "boob", "oppai", "pectoral", "butt", "glute", "buttock", "胸", "乳", "尻",
+    "mune",
+];
+
+/// Whether a bone's name tells that it moves a breast or a buttock.
+pub fn is_tissue_bone(name: &str) -> bool {
+    let name = name.to_lowercase();
+    // A button is no buttock.
+    TISSUE_WORDS.iter().any(|word| name.contains(word)) && !name.contains("button")
+}
