@@ -204,6 +204,22 @@ fn documents_that_are_none_are_refused() {
     assert_eq!(container_error(&no_text), "JSON chunk");
 }
 
+/// Two letters of the file each, and hundreds of bytes of memory if they were made.
+#[test]
+fn a_document_of_many_empty_entries_is_refused_before_they_are_made() {
+    for list in ["nodes", "materials", "textures", "bufferViews"] {
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"{list}":[{}{{}}]}}"#,
+            "{},".repeat(65_536)
+        );
+        let bytes = container(&[(JSON, &padded(&json)), (BIN, &[0; 4])]);
+        let error = Document::parse(&bytes).unwrap_err().to_string();
+        for word in [list, "at most 65536", "65537"] {
+            assert!(error.contains(word), "`{word}` is missing in: {error}");
+        }
+    }
+}
+
 #[test]
 fn a_file_without_a_binary_chunk_is_refused() {
     let json = padded(r#"{"asset":{"version":"2.0"}}"#);

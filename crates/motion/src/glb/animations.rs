@@ -29,7 +29,7 @@ const MOVING_RAD: f64 = 0.0087;
 
 /// Numbers of keys that files may ask for: as many as their binary has bytes, within these limits. Channels
 /// may share their keys, and a small file may name the same ones thousands of times.
-const MIN_SHARED_KEYS: usize = 4_000_000;
+const MIN_SHARED_KEYS: usize = 2_000_000;
 const MAX_KEYS: usize = 20_000_000;
 
 /// Refuses animations whose channels ask for more keys than the file can hold, before any is read.

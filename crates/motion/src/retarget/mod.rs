@@ -95,12 +95,15 @@ pub fn retarget_watched(
     };
     notes.extend(said);
     // Rest feet are not drawn exactly flat either: standing feet show by how much. Long files fill
-    // hundreds of megabytes with poses, so these are gone before the next ones are made.
+    // a hundred megabytes with poses, so these are gone before the next ones are made, and of very long
+    // ones every few frames tell.
     let standing_pitch = {
         let mut half = |done: f64| progress(0.5 * done);
-        let frames = poses(&source, &alignment, &target_m, scale, 1, &mut half);
-        if floor::ever_stands(&frames, motion.frame_seconds(), target_joints_m) {
-            floor::standing_pitch(&frames, motion.frame_seconds(), target_joints_m)
+        let every = motion.frame_count().div_ceil(MAX_STANDING_FRAMES);
+        let seconds = motion.frame_seconds() * every as f64;
+        let frames = poses(&source, &alignment, &target_m, scale, every, &mut half);
+        if floor::ever_stands(&frames, seconds, target_joints_m) {
+            floor::standing_pitch(&frames, seconds, target_joints_m)
         } else {
             notes.push("nobody stands in the file: the pitch of the feet is as drawn".to_owned());
             [0.0; 2]
@@ -127,10 +130,10 @@ fn upright<'a>(motion: &'a dyn SourceMotion, mapping: &Mapping) -> Source<'a> {
     source.turned(up_from_file, note)
 }
 
-/// Most frames times joints that are needed of each: 45 minutes at 60 Hz of a rig in which 123 joints
+/// Most frames times joints that are needed of each: 45 minutes at 60 Hz of a rig in which 61 joints
 /// stand between the root and a person's hands, feet and head. Small files can ask for far more: two
 /// keys an hour apart and thousands of nodes.
-const MAX_ROTATIONS: usize = 20_000_000;
+const MAX_ROTATIONS: usize = 10_000_000;
 
 fn check_work(source: &Source<'_>) -> Result<(), MotionError> {
     let (frames, joints) = (source.motion.frame_count(), source.needed.len());
@@ -143,6 +146,9 @@ fn check_work(source: &Source<'_>) -> Result<(), MotionError> {
     }
     Ok(())
 }
+
+/// Frames that the pitch of standing feet comes from, at most: eight minutes at 60 Hz.
+const MAX_STANDING_FRAMES: usize = 30_000;
 
 /// Frames that the choice between two rest poses of the feet looks at, at most.
 const MAX_JUDGED_FRAMES: usize = 2_000;
