@@ -38,7 +38,11 @@ pub fn unpack(packed: &[u8]) -> io::Result<Vec<Vec<u8>>> {
         files.push(file.to_vec());
         rest = after;
     }
-    if rest.is_empty() { Ok(files) } else { Err(cut()) }
+    if rest.is_empty() {
+        Ok(files)
+    } else {
+        Err(cut())
+    }
 }
 
 /// The inputs that are kept for a target.

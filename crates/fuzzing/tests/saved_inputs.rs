@@ -31,7 +31,11 @@ fn try_mutations(target: Target) {
         accepted += usize::from(target.check(&once)) + usize::from(target.check(&twice));
     }
     // Structure is kept: some mutated files are whole ones.
-    println!("{}: {accepted} of {} accepted", target.name(), 2 * MUTATIONS);
+    println!(
+        "{}: {accepted} of {} accepted",
+        target.name(),
+        2 * MUTATIONS
+    );
     assert!(accepted > 0);
 }
 

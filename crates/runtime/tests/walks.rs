@@ -106,18 +106,32 @@ fn walk(avatar: &mut Avatar, seed: u32) -> Shown {
         change(avatar, &mut random, &mut motion);
         let (ticks, dt) = match random.below(40) {
             0 => (0, 0.3),
-            _ => [(2, 1.0 / 60.0), (2, 1.0 / 60.0), (1, 1.0 / 120.0), (4, 1.0 / 30.0)]
-                [random.below(4) as usize],
+            _ => [
+                (2, 1.0 / 60.0),
+                (2, 1.0 / 60.0),
+                (1, 1.0 / 120.0),
+                (4, 1.0 / 30.0),
+            ][random.below(4) as usize],
         };
         let pose = motion.advance(ticks, &mut random);
         avatar.step(&pose, dt).unwrap();
-        for number in avatar.skin_matrices().iter().flat_map(|m| m.to_cols_array()) {
+        for number in avatar
+            .skin_matrices()
+            .iter()
+            .flat_map(|m| m.to_cols_array())
+        {
             hash = (hash ^ number.to_bits()).wrapping_mul(0x0100_0193);
         }
         if step % LOOK == LOOK - 1 {
-            let places = VERTICES.iter().map(|vertex| avatar.offsets_rest_m()[*vertex]);
+            let places = VERTICES
+                .iter()
+                .map(|vertex| avatar.offsets_rest_m()[*vertex]);
             let numbers = places.flat_map(|m| m.to_array());
-            offsets_um.push(numbers.map(|m| (1e7 * f64::from(m)).round() / 10.0).collect());
+            offsets_um.push(
+                numbers
+                    .map(|m| (1e7 * f64::from(m)).round() / 10.0)
+                    .collect(),
+            );
         }
     }
     Shown {
@@ -145,7 +159,9 @@ fn change(avatar: &mut Avatar, random: &mut Random, motion: &mut Motion) {
             let state = avatar.save();
             avatar.restore(&state).unwrap();
         }
-        6 => avatar.set_scale((10.0 + f64::from(random.below(40))) / 20.0).unwrap(),
+        6 => avatar
+            .set_scale((10.0 + f64::from(random.below(40))) / 20.0)
+            .unwrap(),
         7 => {
             let stiffness = (50.0 + f64::from(random.below(150))) / 100.0;
             let mut controls = *avatar.controls();
@@ -175,12 +191,19 @@ fn the_same_calls_show_the_same_as_in_webassembly() {
     let (mut worst_um, mut largest_um) = (0.0_f64, 0.0_f64);
     for (got, golden) in got.walks.iter().zip(&golden.walks) {
         assert_eq!((got.seed, &got.matrices), (golden.seed, &golden.matrices));
-        let pairs = got.offsets_um.iter().flatten().zip(golden.offsets_um.iter().flatten());
+        let pairs = got
+            .offsets_um
+            .iter()
+            .flatten()
+            .zip(golden.offsets_um.iter().flatten());
         for (got, golden) in pairs {
             worst_um = worst_um.max((got - golden).abs());
             largest_um = largest_um.max(got.abs());
         }
     }
     println!("offsets to {largest_um:.0} µm, off by {worst_um:.2} µm");
-    assert!(largest_um > 2000.0 && worst_um <= LIMIT_UM, "{worst_um} of {largest_um}");
+    assert!(
+        largest_um > 2000.0 && worst_um <= LIMIT_UM,
+        "{worst_um} of {largest_um}"
+    );
 }

@@ -9,8 +9,26 @@ use super::{BROKEN, Mutator};
 
 /// Operators that are read, and some that are not.
 const OPERATORS: [&str; 20] = [
-    "Add", "Sub", "Mul", "Div", "MatMul", "Gemm", "Sigmoid", "Tanh", "Relu", "Exp", "Log", "Split",
-    "Concat", "Gather", "Reshape", "Transpose", "Cast", "Conv", "ConvTranspose", "LSTM",
+    "Add",
+    "Sub",
+    "Mul",
+    "Div",
+    "MatMul",
+    "Gemm",
+    "Sigmoid",
+    "Tanh",
+    "Relu",
+    "Exp",
+    "Log",
+    "Split",
+    "Concat",
+    "Gather",
+    "Reshape",
+    "Transpose",
+    "Cast",
+    "Conv",
+    "ConvTranspose",
+    "LSTM",
 ];
 
 /// Names that the contract knows.
@@ -75,12 +93,17 @@ impl Mutator<'_> {
             1 => ports.push(ports[at].clone()),
             2 => ports[at].name = NAMES[self.below(NAMES.len())].to_owned(),
             _ => {
-                let tensor = ports[at].r#type.as_mut().and_then(|t| t.tensor_type.as_mut());
+                let tensor = ports[at]
+                    .r#type
+                    .as_mut()
+                    .and_then(|t| t.tensor_type.as_mut());
                 let Some(tensor) = tensor else { return };
                 if self.one_in(6) {
                     tensor.elem_type = [FLOAT, FLOAT16, INT64, 0, 99][self.below(5)];
                 }
-                let Some(shape) = &mut tensor.shape else { return };
+                let Some(shape) = &mut tensor.shape else {
+                    return;
+                };
                 if shape.dim.is_empty() || self.one_in(4) {
                     let value = Some(Length::Fixed(self.length()));
                     return shape.dim.push(Dimension { value });
@@ -192,5 +215,4 @@ impl Mutator<'_> {
             _ => attribute.i = number,
         }
     }
-
 }

@@ -49,7 +49,9 @@ fn npz_file(size: usize, has_correctives: bool) -> Option<Vec<u8>> {
         floats("v_template", &[VERTICES, 3], &wave(0.9)),
         floats("shapedirs", &[VERTICES, 3, 10], &wave(0.02)),
         floats("J_regressor", &[24, VERTICES], &|_| 1.0 / VERTICES as f64),
-        floats("weights", &[VERTICES, 24], &|k| if k % 24 < 4 { 0.25 } else { 0.0 }),
+        floats("weights", &[VERTICES, 24], &|k| {
+            if k % 24 < 4 { 0.25 } else { 0.0 }
+        }),
         integers("kintree_table", &[2, 24], &tree),
         integers("f", &[2, 3], &[0, 1, 2, 1, 2, 3]),
     ];

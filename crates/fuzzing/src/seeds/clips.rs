@@ -29,6 +29,8 @@ fn clip(frames: usize) -> ClipData {
         shape: std::array::from_fn(|k| k as f32 * 0.5 - 1.0),
         vertices: vec![3, 9, 20],
         poses: (0..frames).map(stage::pose_at).collect(),
-        offsets_rest_m: (0..9 * frames).map(|k| f16::from_f32(k as f32 * 1e-3)).collect(),
+        offsets_rest_m: (0..9 * frames)
+            .map(|k| f16::from_f32(k as f32 * 1e-3))
+            .collect(),
     }
 }

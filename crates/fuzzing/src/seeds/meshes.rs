@@ -63,7 +63,13 @@ fn binary(is_little: bool) -> Vec<u8> {
         }
     };
     for place in &body.template_m {
-        file.extend(place.to_array().map(f32::to_bits).into_iter().flat_map(ordered));
+        file.extend(
+            place
+                .to_array()
+                .map(f32::to_bits)
+                .into_iter()
+                .flat_map(ordered),
+        );
         file.push(200);
     }
     for face in &body.faces {

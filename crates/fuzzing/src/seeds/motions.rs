@@ -43,7 +43,10 @@ fn hierarchy(text: &mut String, joint: usize) {
         None => "6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
         Some(_) => "3 Zrotation Xrotation Yrotation",
     };
-    let _ = writeln!(text, "{kind} {name}\n{{\nOFFSET {x} {y} {z}\nCHANNELS {channels}");
+    let _ = writeln!(
+        text,
+        "{kind} {name}\n{{\nOFFSET {x} {y} {z}\nCHANNELS {channels}"
+    );
     for child in children(joint) {
         hierarchy(text, child);
     }
@@ -74,7 +77,11 @@ pub fn bvh() -> Vec<Vec<u8>> {
         .chain(file(1).encode_utf16())
         .flat_map(u16::to_le_bytes)
         .collect();
-    vec![plain.replace('\n', "\r\n").into_bytes(), plain.into_bytes(), utf16]
+    vec![
+        plain.replace('\n', "\r\n").into_bytes(),
+        plain.into_bytes(),
+        utf16,
+    ]
 }
 
 /// With rotations as floats, as short integers, and as a spline.

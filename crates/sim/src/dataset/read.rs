@@ -45,8 +45,7 @@ impl ClipData {
         let file = File { path };
         let (header_bytes, metadata) =
             SafeTensors::read_metadata(bytes).map_err(|e| file.malformed(e.to_string()))?;
-        let tensors =
-            SafeTensors::deserialize(bytes).map_err(|e| file.malformed(e.to_string()))?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(|e| file.malformed(e.to_string()))?;
         file.check_format(&metadata)?;
         // The lengths were checked when the tensors were made out.
         let header = file.header(&metadata, |place| {
