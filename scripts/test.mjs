@@ -216,7 +216,16 @@ async function firefoxTests() {
 const STEPS = [
   { name: "setup", title: "What the tests need", work: setUp, always: true },
   { name: "msrv", title: "One oldest Rust", work: oneCheck(async () => checkMinimumRust()) },
-  { name: "fmt", title: "cargo fmt", work: oneCheck(() => run("cargo", ["fmt", "--check"])) },
+  {
+    name: "fmt",
+    title: "cargo fmt",
+    work: oneCheck(async () => {
+      await run("cargo", ["fmt", "--check"]);
+      // A workspace of its own.
+      const fuzz = ["--manifest-path", join(ROOT, "fuzz", "Cargo.toml")];
+      await run("cargo", ["fmt", ...fuzz, "--", "--check"]);
+    }),
+  },
   {
     name: "clippy",
     title: "cargo clippy",

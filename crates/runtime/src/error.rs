@@ -150,10 +150,10 @@ pub enum RuntimeError {
         /// The library's message.
         reason: String,
     },
-    /// A network put out NaN or an infinite number.
+    /// A network put out NaN, an infinite number, or one so large that what follows overflows.
     #[error(
-        "the {network} put out a number that is not finite; its weights are unusable, so use \
-         another bundle or train again"
+        "the {network} put out a number that is not finite, or above 3e9; its weights are unusable, so \
+         use another bundle or train again"
     )]
     NonFinite {
         /// Which network.

@@ -104,7 +104,11 @@ pub(crate) fn check_vectors<'a>(
     check_numbers(vectors.into_iter().flat_map(|vector| vector.to_array()))
 }
 
-/// Refuses a list of another length than `count` and numbers that are not finite.
+/// Largest number of a list: networks give up to 3.4e9, of which fades and responses make a thousand times as
+/// much, and the length of three numbers of 1e19 overflows.
+const MAX_NUMBER: f32 = 1e15;
+
+/// Refuses a list of another length than `count`, and numbers that are not finite or too large.
 ///
 /// # Errors
 /// [`RuntimeError::InvalidState`].
@@ -113,7 +117,12 @@ pub(crate) fn check_list(list: &[f32], count: usize) -> Result<(), RuntimeError>
         let got = list.len();
         return Err(invalid(format!("a list has {got} numbers, not {count}")));
     }
-    check_numbers(list.iter().copied().map(f64::from))
+    // NaN is not below either.
+    if list.iter().all(|number| number.abs() <= MAX_NUMBER) {
+        Ok(())
+    } else {
+        Err(invalid(format!("a number is not below {MAX_NUMBER:e}")))
+    }
 }
 
 /// Refuses poses that cannot be used.

@@ -254,6 +254,25 @@ fn garbage_behind_a_right_checksum_is_refused_or_taken_and_never_panics() {
     assert_eq!(other.save(), good);
 }
 
+/// Numbers that are finite, and whose squares are not.
+#[test]
+fn a_state_with_huge_offsets_is_refused_or_shows_finite_ones() {
+    let mut saved = avatar();
+    step(&mut saved, 0, 50);
+    let good = saved.save();
+    const HEADER: usize = 8 + 4 + 32;
+    let (mut other, mut refused) = (avatar(), 0);
+    for place in (HEADER + 1500..good.len() - 36).step_by(7) {
+        let mut changed = good.clone();
+        changed[place..place + 4].copy_from_slice(&3e38_f32.to_le_bytes());
+        refused += usize::from(other.restore(&sealed(changed)).is_err());
+        // The networks may overflow, which is an error of its own.
+        let _ = other.step(&pose_at(0.3), 1.0 / 60.0);
+        assert!(other.offsets_rest_m().iter().all(|offset| offset.is_finite()));
+    }
+    assert!(refused > 50, "{refused}");
+}
+
 #[test]
 fn a_state_of_version_2_is_refused_for_its_version() {
     let mut bytes = avatar().save();

@@ -222,10 +222,14 @@ fn plan(network: Network, graph: Graph) -> Result<Arc<TypedRunnableModel>, Runti
     Ok(plan)
 }
 
-/// Whether no number is NaN or infinite.
+/// Times a number of more than 3.4e9 this is infinite.
+const OVERFLOWING: f32 = 1e29;
+
+/// Whether no number is NaN, infinite, or so large that what is computed from it overflows.
 pub(crate) fn finite(numbers: &[f32]) -> bool {
-    // 0 times such a number is NaN, and a sum vectorises where `all` does not.
-    numbers.iter().map(|n| n * 0.0).sum::<f32>() == 0.0
+    // 0 times an infinite number is NaN, and a sum vectorises where `all` does not.
+    let zeros = numbers.iter().map(|n| n * OVERFLOWING * 0.0);
+    zeros.sum::<f32>() == 0.0
 }
 
 fn failed(network: Network, error: &TractError) -> RuntimeError {
