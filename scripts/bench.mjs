@@ -1,14 +1,21 @@
 // npm run bench: what one avatar-frame costs in WebAssembly, in Node and in Chromium, beside the
 // same two networks in onnxruntime-web in the same run; what many avatars cost together; and how large
 // the wasm files are.
-import { existsSync, readdirSync, readFileSync } from "node:fs";
-import { join } from "node:path";
+//
+// npm run bench -- --baseline FOLDER: this build beside an earlier one, a checkout of the repository in
+// which `npm run build` ran, in turns in one process. With --write, the table goes into
+// docs/performance.md.
+import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
+import { cpus } from "node:os";
+import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
+import { parseArgs } from "node:util";
+import { compare } from "./bench/baseline.mjs";
 import { measureCrowd } from "./bench/crowd.mjs";
 import { measure } from "./bench/measure.mjs";
 import { buildAll } from "./build.mjs";
 import { MODELS, ROOT, SDK } from "./lib/paths.mjs";
-import { bold, main, say, step } from "./lib/run.mjs";
+import { bold, main, run, say, step } from "./lib/run.mjs";
 import { serve } from "./lib/serve.mjs";
 import { findChromium } from "./toolchain.mjs";
 import { WASM_FILES, wasmSizes } from "./wasm.mjs";
@@ -106,25 +113,110 @@ function printSizes() {
   }
 }
 
-main(async () => {
-  if (!existsSync(MODELS)) throw new Error("There are no models in models/ to measure.");
-  await buildAll();
+/** A folder that a build can be loaded from, or a sentence that says what it lacks. */
+function baselineFolder(folder) {
+  const root = resolve(process.env.INIT_CWD ?? process.cwd(), folder);
+  for (const needed of ["web/sdk/dist/index.js", "web/sdk/dist/wasm/core_bg.wasm", "models"]) {
+    if (!existsSync(join(root, needed))) {
+      throw new Error(
+        `${root} has no ${needed}: --baseline needs a checkout of the repository after \`npm run build\`.`,
+      );
+    }
+  }
+  return root;
+}
+
+async function compareWith(baseline, isWritten) {
+  const parts = [];
+  for (const model of modelNames()) {
+    if (!existsSync(join(baseline, "models", model))) continue;
+    const { rows, sameNetworks } = await step(`Beside the baseline, ${model}`, () =>
+      compare(baseline, ROOT, model),
+    );
+    parts.push([
+      `${model}${sameNetworks ? ", the same networks" : ": the networks differ"}:`,
+      "",
+      "| ms, medians of 30 rounds in Node | before | after | after / before | quartiles |",
+      "| --- | --- | --- | --- | --- |",
+      ...rows.map(
+        ({ name, beforeMs, afterMs, ratio, low, high }) =>
+          `| ${name} | ${beforeMs.toFixed(4)} | ${afterMs.toFixed(4)} | ${ratio.toFixed(3)} | ${low.toFixed(3)} to ${high.toFixed(3)} |`,
+      ),
+      "",
+    ]);
+  }
+  parts.push([
+    "| wasm, bytes with brotli 11 | before | after | after / before |",
+    "| --- | --- | --- | --- |",
+    ...WASM_FILES.map(({ name }) => {
+      const [before, after] = [baseline, ROOT].map(
+        (root) => wasmSizes(readFileSync(join(root, `web/sdk/dist/wasm/${name}_bg.wasm`))).brotli,
+      );
+      return `| ${name} | ${before} | ${after} | ${(after / before).toFixed(3)} |`;
+    }),
+    "",
+  ]);
+  const table = parts.flat().join("\n");
+  say(table);
+  if (isWritten) writeTable(await describe(baseline), table);
+}
+
+const PERFORMANCE = join(ROOT, "docs", "performance.md");
+const [BEGIN, END] = ["<!-- bench: begin -->", "<!-- bench: end -->"];
+
+/** Puts the table between the marks of docs/performance.md. */
+function writeTable(heading, table) {
+  const page = readFileSync(PERFORMANCE, "utf8");
+  const [start, end] = [page.indexOf(BEGIN), page.indexOf(END)];
+  if (start < 0 || end < start) throw new Error(`${PERFORMANCE} lacks ${BEGIN} and ${END}.`);
+  const before = page.slice(0, start + BEGIN.length);
+  writeFileSync(PERFORMANCE, `${before}\n${heading}\n\n${table}${page.slice(end)}`);
+  say(`Written to docs/performance.md.`);
+}
+
+/** What was compared, and on which machine. */
+async function describe(baseline) {
+  const commit = async (cwd) => {
+    const { output } = await run("git", ["rev-parse", "--short", "HEAD"], { cwd, quiet: true });
+    return output.trim();
+  };
+  const processor = `${cpus()[0]?.model ?? "unknown processor"}, ${cpus().length} cores`;
+  const [before, after] = [await commit(baseline), await commit(ROOT)];
+  return `Before: ${before}. After: ${after}. Node ${process.versions.node}, ${processor}.`;
+}
+
+function modelNames() {
+  return readdirSync(MODELS, { withFileTypes: true })
+    .filter((entry) => entry.isDirectory())
+    .map(({ name }) => name);
+}
+
+async function measureThis() {
   const chromium = findChromium();
   if (!chromium) say("Chromium is not installed, so only Node is measured.");
-  for (const model of readdirSync(MODELS, { withFileTypes: true })) {
-    if (!model.isDirectory()) continue;
-    const columns = await step(`One avatar-frame, ${model.name}`, async () => {
-      const results = [["Node", await inNode(model.name)]];
-      if (chromium) results.push(["Chromium", await inChromium(model.name, chromium)]);
+  for (const model of modelNames()) {
+    const columns = await step(`One avatar-frame, ${model}`, async () => {
+      const results = [["Node", await inNode(model)]];
+      if (chromium) results.push(["Chromium", await inChromium(model, chromium)]);
       return results;
     });
     printTable(columns);
     printCrowds(
-      await step(`Many avatars, ${model.name}: ms, medians of 100 ticks in Node`, () =>
-        crowds(model.name),
-      ),
+      await step(`Many avatars, ${model}: ms, medians of 100 ticks in Node`, () => crowds(model)),
     );
   }
   say(`\n${bold("Wasm files")}`);
   printSizes();
+}
+
+main(async () => {
+  const { values } = parseArgs({
+    options: { baseline: { type: "string" }, write: { type: "boolean" } },
+  });
+  if (values.write && !values.baseline) throw new Error("--write needs --baseline FOLDER.");
+  if (!existsSync(MODELS)) throw new Error("There are no models in models/ to measure.");
+  const baseline = values.baseline === undefined ? undefined : baselineFolder(values.baseline);
+  await buildAll();
+  if (baseline === undefined) await measureThis();
+  else await compareWith(baseline, values.write ?? false);
 });

@@ -7,6 +7,7 @@ import { checkDocs } from "./docs.mjs";
 import { ROOT, SDK } from "./lib/paths.mjs";
 import { freePorts } from "./lib/ports.mjs";
 import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs";
+import { checkNotices } from "./lib/shipped-crates.mjs";
 import { CargoTally, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
 import { buildSdk, tscProgram } from "./sdk.mjs";
 import {
@@ -109,6 +110,27 @@ async function cargoDeny() {
   return { passed: 2 };
 }
 
+/** Known holes in npm packages that ship or build what ships, where their list can be had. */
+async function npmAudit() {
+  const audit = ["audit", "--json", "--audit-level=high"];
+  const { output } = await run("npm", audit, { quiet: true, allowFailure: true });
+  let report = null;
+  try {
+    report = JSON.parse(output);
+  } catch {
+    // No report at all: said below.
+  }
+  const counts = report?.metadata?.vulnerabilities;
+  if (!counts) {
+    const name = "npm audit: the list of known holes cannot be fetched";
+    say(`  skipped: ${name}`);
+    return { skipped: 1, skippedNames: [name] };
+  }
+  say(`  ${counts.total} of all kinds, ${counts.high + counts.critical} high or critical`);
+  if (counts.high + counts.critical === 0) return { passed: 1 };
+  throw new Error(`npm audit: ${Object.keys(report.vulnerabilities).join(", ")}`);
+}
+
 async function vitest() {
   const report = join(REPORTS, "vitest.json");
   await run(
@@ -206,6 +228,12 @@ const STEPS = [
     }),
   },
   { name: "deny", title: "cargo deny", work: cargoDeny },
+  { name: "audit", title: "npm audit", work: npmAudit },
+  {
+    name: "notices",
+    title: "Notices and bill of materials of what ships",
+    work: oneCheck(checkNotices),
+  },
   { name: "rust", title: "Rust tests", work: cargoTest },
   {
     name: "biome",

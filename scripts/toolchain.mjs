@@ -86,8 +86,14 @@ export async function ensureWasmBindgen() {
   await run(
     "cargo",
     ["install", "wasm-bindgen-cli", "--version", `=${WASM_BINDGEN_VERSION}`, "--root", home],
-    // Its own target folder, so that the workspace's flags and locks do not matter.
-    { env: { CARGO_TARGET_DIR: join(CACHE, "install-target") } },
+    {
+      env: {
+        // Its own target folder, so that the workspace's flags and locks do not matter.
+        CARGO_TARGET_DIR: join(CACHE, "install-target"),
+        // It runs for seconds and compiles for minutes.
+        CARGO_PROFILE_RELEASE_OPT_LEVEL: "1",
+      },
+    },
   );
   return program;
 }

@@ -13,6 +13,7 @@ import {
 } from "node:fs";
 import { join, relative } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
+import { machinePaths, remapFlags } from "./lib/machine-paths.mjs";
 import { cargoTargetDir, DEMO, ROOT, SDK } from "./lib/paths.mjs";
 import { run, say } from "./lib/run.mjs";
 import { ensureWasmBindgen } from "./toolchain.mjs";
@@ -61,6 +62,9 @@ const FEATURES = [
   "--enable-sign-ext",
 ];
 
+/** A crashed file can be started again, with a memory of its own. */
+const GLUE = ["--experimental-reset-state-function"];
+
 /** The core with the code of the compared methods. It shares the package's glue. */
 const GUESTS = {
   // A wasm file names the glue that it imports.
@@ -72,27 +76,54 @@ const GUESTS = {
   out: DEMO_OUT,
 };
 
+/** What the package and the demo need. */
+const EVERY_FILE = [...WASM_FILES, GUESTS];
+
+/** What the demo alone needs: its own core stands in for the package's, which has the same glue. */
+const DEMO_FILES = [GUESTS, ...WASM_FILES.filter(({ name }) => name !== "core")];
+
 /**
  * Builds what changed, and puts it where the SDK and the demo look for it. Each profile's glue and
  * optimised files are kept beside cargo's output, for as long as that is the same.
  */
 export async function buildWasm(profile = process.env.DYNASKIN_WASM_PROFILE || PUBLISHED) {
-  const wasmBindgen = await ensureWasmBindgen();
-  for (const file of [...WASM_FILES, GUESTS]) {
-    const folder = file.out ? "bound-for-demo" : "bound";
-    const bound = join(cargoTargetDir(), "wasm32-unknown-unknown", profile, folder);
-    await cargoBuild(file, profile);
-    await bindAndOptimise(file, profile, bound, wasmBindgen);
-    const out = file.out ?? WASM_OUT;
-    mkdirSync(out, { recursive: true });
-    for (const name of readdirSync(bound)) {
-      if (new RegExp(`^${file.name}(_bg)?\\.`).test(name)) {
-        copyFileSync(join(bound, name), join(out, name));
-      }
-    }
-  }
+  const bound = await bindAll(EVERY_FILE, profile);
+  for (const { file, folder } of bound) place(file, folder, file.out ?? WASM_OUT);
   checkSharedGlue();
   writeFileSync(PROFILE_STAMP, profile);
+}
+
+/** The same for the demo page alone: one core instead of two. */
+export async function buildDemoWasm(profile = process.env.DYNASKIN_WASM_PROFILE || PUBLISHED) {
+  const bound = await bindAll(DEMO_FILES, profile);
+  for (const { file, folder } of bound) {
+    place(file, folder, WASM_OUT);
+    if (file.out) place(file, folder, file.out);
+  }
+  writeFileSync(PROFILE_STAMP, `${profile}, the demo alone`);
+}
+
+/** Cargo uses all cores for most of a build, wasm-opt one: it works while cargo compiles the next file. */
+async function bindAll(files, profile) {
+  const optimised = [];
+  let wasmBindgen;
+  for (const file of files) {
+    const compiled = cargoBuild(file, profile);
+    // Installing the tool takes minutes once.
+    [wasmBindgen] = await Promise.all([wasmBindgen ?? ensureWasmBindgen(), compiled]);
+    optimised.push(await bind(file, profile, wasmBindgen));
+  }
+  for (const { done } of optimised) await done;
+  return optimised;
+}
+
+function place(file, folder, out) {
+  mkdirSync(out, { recursive: true });
+  for (const name of readdirSync(folder)) {
+    if (new RegExp(`^${file.name}(_bg)?\\.`).test(name)) {
+      copyFileSync(join(folder, name), join(out, name));
+    }
+  }
 }
 
 /** A core runs only under the glue that was generated with it. */
@@ -106,38 +137,49 @@ function checkSharedGlue() {
 async function cargoBuild(file, profile) {
   const guests = file.features ? ", with the compared methods" : "";
   say(`  compiling ${file.package} (${profile}${guests})`);
+  const flags = ["-C target-feature=+simd128", ...(await remapFlags())];
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
   await run("cargo", [...args, ...(file.features ?? []), "--profile", profile], {
-    env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-C target-feature=+simd128" },
+    env: { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: flags.join(" ") },
   });
 }
 
-async function bindAndOptimise(file, profile, folder, wasmBindgen) {
-  const compiled = join(
-    cargoTargetDir(),
-    "wasm32-unknown-unknown",
-    profile,
-    `${file.library}.wasm`,
-  );
+/** Writes the glue, and begins to optimise: `done` resolves when `folder` holds the finished file. */
+async function bind(file, profile, wasmBindgen) {
+  const target = join(cargoTargetDir(), "wasm32-unknown-unknown", profile);
+  const folder = join(target, file.out ? "bound-for-demo" : "bound");
+  const compiled = join(target, `${file.library}.wasm`);
   const out = join(folder, `${file.name}_bg.wasm`);
   const stamp = join(folder, `.${file.name}-stamp`);
   const key = createHash("sha256")
     .update(readFileSync(compiled))
-    .update([profile, file.optimise, ...FEATURES].join(" "))
+    .update([profile, file.optimise, ...FEATURES, ...GLUE].join(" "))
     .digest("hex");
   const fresh = existsSync(stamp) && existsSync(out) && readFileSync(stamp, "utf8") === key;
+  const finish = async () => {
+    if (!fresh) {
+      if (profile === PUBLISHED) await optimise(file, out);
+      writeFileSync(stamp, key);
+    }
+    const left = machinePaths(readFileSync(out));
+    if (left.length > 0) {
+      throw new Error(`${out} names ${left.length} folders of this machine, such as ${left[0]}`);
+    }
+    const place = relative(ROOT, join(file.out ?? WASM_OUT, `${file.name}_bg.wasm`));
+    say(`  ${place}: ${describeSize(readFileSync(out))}`);
+  };
   if (!fresh) {
     mkdirSync(folder, { recursive: true });
     rmSync(stamp, { force: true });
     await run(wasmBindgen, [
       ...[compiled, "--target", "web", "--omit-default-module-path"],
-      ...["--out-dir", folder, "--out-name", file.name],
+      ...["--out-dir", folder, "--out-name", file.name, ...GLUE],
     ]);
-    if (profile === PUBLISHED) await optimise(file, out);
-    writeFileSync(stamp, key);
   }
-  const place = relative(ROOT, join(file.out ?? WASM_OUT, `${file.name}_bg.wasm`));
-  say(`  ${place}: ${describeSize(readFileSync(out))}`);
+  const done = finish();
+  // A failure is thrown where `done` is awaited, which may be after another build's end.
+  done.catch(() => {});
+  return { file, folder, done };
 }
 
 async function optimise(file, wasm) {

@@ -191,3 +191,38 @@ for (const [policy, expected] of [
     if (expected === "wasm") await expect(page).toHaveTitle(/'wasm-unsafe-eval'/);
   });
 }
+
+test("a page with Trusted Types starts its worker by its own policy", async ({ page }) => {
+  await page.route("**/trusted", (route) =>
+    route.fulfill({
+      contentType: "text/html",
+      headers: {
+        "Content-Security-Policy":
+          "script-src 'self' 'wasm-unsafe-eval'; require-trusted-types-for 'script'",
+      },
+      body: '<!doctype html><title>trusted</title><script type="module" src="/trusted.js"></script>',
+    }),
+  );
+  await page.route("**/trusted.js", (route) =>
+    route.fulfill({
+      contentType: "text/javascript",
+      body: `import { createWorkerModel } from "/web/sdk/dist/worker/index.js";
+        const model = "/models/female/";
+        const policy = trustedTypes.createPolicy("page", { createScriptURL: (url) => url });
+        const thread = policy.createScriptURL("/web/sdk/dist/worker/thread.js");
+        const outcome = (options) => createWorkerModel({ model, ...options }).then(
+          (made) => { made.dispose(); return made.name; },
+          (error) => error.code + " " + error.message,
+        );
+        const createWorker = () => new Worker(thread, { type: "module" });
+        const outcomes = [
+          await outcome({ workerScript: thread }),
+          await outcome({ createWorker }),
+          await outcome({}),
+        ];
+        document.title = outcomes.join("; ");`,
+    }),
+  );
+  await page.goto(`${REPOSITORY_URL}/trusted`);
+  await expect(page).toHaveTitle(/^female; female; worker .*workerScript/);
+});

@@ -80,6 +80,18 @@ function coreWithGuests(): Plugin {
   };
 }
 
+/** The licences of what is in the WebAssembly, beside the page. */
+function wasmNotices(): Plugin {
+  const fileName = "licences-wasm.txt";
+  return {
+    name: "wasm-notices",
+    generateBundle() {
+      const source = readFileSync(join(SDK, "..", "THIRD_PARTY_NOTICES.txt"), "utf8");
+      this.emitFile({ type: "asset", fileName, source });
+    },
+  };
+}
+
 export default defineConfig({
   // Relative, so that the built page works from any folder of any web server.
   base: "./",
@@ -90,8 +102,14 @@ export default defineConfig({
     virtualModule("virtual:methods", findMethods),
     virtualModule("virtual:traits", readTraits),
     virtualModule("virtual:sizes", measureFiles),
+    wasmNotices(),
   ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },
-  build: { target: "es2022", chunkSizeWarningLimit: 1000 },
+  // `license` lists the npm packages in the page; the WebAssembly has its own list.
+  build: {
+    target: "es2022",
+    chunkSizeWarningLimit: 1000,
+    license: { fileName: "licences-npm.md" },
+  },
 });

@@ -16,12 +16,12 @@ use crate::{BodyError, BodyModel, JOINT_COUNT, Joint, SHAPE_COUNT, SkinWeights};
 /// Pose corrective fields: nine entries of `R - I` for every joint but the pelvis.
 const POSE_DIR_COUNT: usize = 9 * (JOINT_COUNT - 1);
 /// More vertices than any body of the family (SMPL-X has 10,475).
-const MAX_VERTICES: usize = 100_000;
+const MAX_VERTICES: usize = 30_000;
 const MAX_FACES: usize = 2 * MAX_VERTICES;
 /// More shape coefficients than any published file (SMPL-X has 400).
 const MAX_SHAPES: usize = 1_000;
-/// Larger than any array of the family: `posedirs` of SMPL-X in double precision is 122 MB.
-const MAX_ARRAY_BYTES: u64 = 512 << 20;
+/// Larger than any array of the family: `shapedirs` of SMPL-X in double precision is 101 MB.
+const MAX_ARRAY_BYTES: u64 = 256 << 20;
 
 impl BodyModel {
     /// Reads a body of the SMPL family with SMPL's 24 joints.
@@ -37,8 +37,7 @@ impl BodyModel {
     /// type or shape, or holds numbers that are no body, such as millimetres.
     pub fn from_smpl_npz(bytes: &[u8]) -> Result<Self, BodyError> {
         let mut file = File(Archive::open(Cursor::new(bytes), MAX_ARRAY_BYTES)?);
-        let template = file.0.floats("v_template", &[None, Some(3)])?;
-        let n_vertices = template.shape[0];
+        let n_vertices = file.0.shape("v_template")?.first().copied().unwrap_or(0);
         if n_vertices == 0 || n_vertices > MAX_VERTICES {
             return Err(wrong(
                 "v_template",
@@ -46,6 +45,7 @@ impl BodyModel {
                 n_vertices.to_string(),
             ));
         }
+        let template = file.0.floats("v_template", &[Some(n_vertices), Some(3)])?;
         file.check_tree()?;
         let faces = file.faces(n_vertices)?;
         let regressor = file
@@ -54,19 +54,13 @@ impl BodyModel {
         let weights = file
             .0
             .floats("weights", &[Some(n_vertices), Some(JOINT_COUNT)])?;
-        let shapes = file
-            .0
-            .floats("shapedirs", &[Some(n_vertices), Some(3), None])?;
-        if shapes.shape[2] == 0 || shapes.shape[2] > MAX_SHAPES {
-            return Err(wrong(
-                "shapedirs",
-                format!("1 to {MAX_SHAPES} coefficients"),
-                shapes.shape[2].to_string(),
-            ));
-        }
+        let shapes = file.shapes(n_vertices)?;
         let pose_dirs_m = if file.0.has("posedirs") {
             let shape = [Some(n_vertices), Some(3), Some(POSE_DIR_COUNT)];
-            let poses = file.0.floats("posedirs", &shape)?;
+            let poses = file.0.floats_single("posedirs", &shape)?;
+            if let Some(number) = poses.values().iter().find(|number| !number.is_finite()) {
+                return Err(wrong("posedirs", "finite numbers", number.to_string()));
+            }
             (0..POSE_DIR_COUNT)
                 .map(|row| narrow(&field(&poses, n_vertices, Some(row))))
                 .collect()
@@ -143,15 +137,27 @@ impl File<'_> {
         Ok(())
     }
 
-    fn faces(&mut self, n_vertices: usize) -> Result<Vec<[u32; 3]>, BodyError> {
-        let table = self.0.integers("f", &[None, Some(3)])?;
-        if table.shape[0] > MAX_FACES {
-            return Err(wrong(
-                "f",
-                format!("at most {MAX_FACES} faces"),
-                table.shape[0].to_string(),
-            ));
+    /// The directions of the shape coefficients that are kept.
+    fn shapes(&mut self, n_vertices: usize) -> Result<Array<f64>, BodyError> {
+        let expected = [Some(n_vertices), Some(3), None];
+        let most = [usize::MAX, usize::MAX, SHAPE_COUNT];
+        match self.0.shape("shapedirs")?.get(2) {
+            Some(&count) if count == 0 || count > MAX_SHAPES => Err(wrong(
+                "shapedirs",
+                format!("1 to {MAX_SHAPES} coefficients"),
+                count.to_string(),
+            )),
+            _ => Ok(self.0.floats_within("shapedirs", &expected, &most)?),
         }
+    }
+
+    fn faces(&mut self, n_vertices: usize) -> Result<Vec<[u32; 3]>, BodyError> {
+        let count = self.0.shape("f")?.first().copied().unwrap_or(0);
+        if count > MAX_FACES {
+            let expected = format!("at most {MAX_FACES} faces");
+            return Err(wrong("f", expected, count.to_string()));
+        }
+        let table = self.0.integers("f", &[Some(count), Some(3)])?;
         if let Some(index) = table
             .values()
             .iter()
@@ -174,12 +180,16 @@ fn wrong(key: &str, expected: impl Into<String>, got: impl Into<String>) -> Body
 }
 
 /// Points of `[V,3]`, or of one row of `[V,3,rows]`.
-fn field(array: &Array<f64>, n_vertices: usize, row: Option<usize>) -> Vec<DVec3> {
+fn field<T: Copy + Into<f64>>(
+    array: &Array<T>,
+    n_vertices: usize,
+    row: Option<usize>,
+) -> Vec<DVec3> {
     (0..n_vertices)
         .map(|vertex| {
             DVec3::from_array([0, 1, 2].map(|axis| match row {
-                Some(row) => array.at(&[vertex, axis, row]),
-                None => array.at(&[vertex, axis]),
+                Some(row) => array.at(&[vertex, axis, row]).into(),
+                None => array.at(&[vertex, axis]).into(),
             }))
         })
         .collect()

@@ -1,7 +1,7 @@
 //! What a source is like.
 
-use crate::conditioner::PoseSource;
 use crate::cut::Step;
+use crate::source::PoseSource;
 
 /// Weight of the newest pose in what is known of the noise.
 const WEIGHT: f64 = 0.04;

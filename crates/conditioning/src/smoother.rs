@@ -2,9 +2,9 @@
 //!
 //! A Kalman filter for a body that is pushed about at random (white acceleration), one for the
 //! root and one for each joint, with a look back over the next pose after Rauch, Tung and Striebel
-//! (AIAA Journal 3, 1965). What a one-euro filter (Casiez, Roussel and Vogel, CHI 2012) does with a
-//! cut-off that follows speed, is done here by how strongly the body is pushed: that is measured on
-//! the second differences, less what noise alone would give them.
+//! (AIAA Journal 3, 1965). A one-euro filter (Casiez, Roussel and Vogel, CHI 2012) has a cut-off
+//! that follows the speed. Here the strength of the pushes does the same: it is measured on the
+//! second differences, less what noise alone would give them.
 
 use std::collections::VecDeque;
 

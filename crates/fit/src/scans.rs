@@ -201,14 +201,15 @@ fn read_npz(path: &Path, body: &BodyModel, key: &str) -> Result<Vec<Vec3>, FitEr
             format!("only {found}"),
         )));
     }
-    let array = archive
-        .floats_single(key, &[None, None, Some(3)])
-        .map_err(failed)?;
-    let [frames, vertices] = [array.shape[0], array.shape[1]];
-    if vertices != body.vertex_count() {
-        return Err(vertex_count(path, body, vertices));
+    // Before anything is unpacked.
+    if let [frames, vertices, 3] = archive.shape(key).map_err(failed)?[..] {
+        if vertices != body.vertex_count() {
+            return Err(vertex_count(path, body, vertices));
+        }
+        check_frames(path, frames, vertices)?;
     }
-    check_frames(path, frames, vertices)?;
+    let shape = [None, Some(body.vertex_count()), Some(3)];
+    let array = archive.floats_single(key, &shape).map_err(failed)?;
     Ok(array
         .into_c_order()
         .chunks_exact(3)

@@ -4,6 +4,8 @@
 //! The `gltf` crate parses the container and the JSON; its own accessor readers trust offsets and
 //! strides, which wrap around or panic in files made to hurt.
 
+mod counts;
+
 use std::borrow::Cow;
 
 use gltf::json::accessor::{ComponentType, Type};
@@ -48,6 +50,7 @@ impl<'a> Document<'a> {
         let glb = gltf::binary::Glb::from_slice(bytes).map_err(|error| {
             GlbError::new("container", format!("a binary glTF 2.0 file ({error})"))
         })?;
+        counts::check(&glb.json)?;
         let root = gltf::json::Root::from_slice(&glb.json).map_err(|error| {
             GlbError::new("JSON chunk", format!("a glTF 2.0 document ({error})"))
         })?;

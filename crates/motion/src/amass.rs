@@ -34,8 +34,10 @@ const RATE_KEYS: [&str; 5] = [
 ];
 /// Joints whose rotation all of the family share.
 const SHARED_JOINTS: usize = 22;
-/// Larger than any motion accepted: 200,000 frames of SMPL-X in double precision.
-const MAX_ARRAY_BYTES: u64 = 300 << 20;
+/// Larger than any motion accepted: as many frames as a clip may have, of SMPL-X in double precision.
+const MAX_ARRAY_BYTES: u64 = (MAX_CLIP_FRAMES * 165 * 8) as u64;
+/// More shape coefficients than any published file (SMPL-X has 400).
+const MAX_SHAPES: usize = 1_000;
 /// Farthest root from the origin in metres.
 const MAX_DISTANCE_M: f64 = 1e4;
 
@@ -82,15 +84,6 @@ impl Amass {
         let mut file = Archive::open(reader, MAX_ARRAY_BYTES)?;
         let poses = Poses::read(&mut file)?;
         let count = poses.count();
-        if count == 0 {
-            return Err(MotionError::EmptyClip);
-        }
-        if count > MAX_CLIP_FRAMES {
-            return Err(MotionError::TooLong {
-                frames: count as f64,
-                limit: MAX_CLIP_FRAMES,
-            });
-        }
         let trans_key = key_of(&file, &TRANS_KEYS).unwrap_or(TRANS_KEYS[0]);
         let trans = file.floats(trans_key, &[Some(count), Some(3)])?;
         let rate_hz = match (options.rate_hz, key_of(&file, &RATE_KEYS)) {
@@ -115,11 +108,7 @@ impl Amass {
             },
         };
         let betas = betas(&mut file)?;
-        let dmpl_count = if file.has("dmpls") {
-            file.floats("dmpls", &[Some(count), None])?.shape[1]
-        } else {
-            0
-        };
+        let dmpl_count = dmpl_count(&mut file, count)?;
         let frames: Vec<Pose> = (0..count)
             .map(|frame| {
                 let mut pose = Pose::REST;
@@ -131,6 +120,7 @@ impl Amass {
                 pose
             })
             .collect();
+        drop(poses);
         check_distance(&frames)?;
         let mut notes = Vec::new();
         let up = options.up.or(said).unwrap_or_else(|| {
@@ -177,8 +167,17 @@ impl Amass {
     /// not tell: the clip is put on the floor, its first root at x = z = 0. A fit of dynaskin's own
     /// keeps its place.
     pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Clip {
+        self.clip_of(self.frames.clone(), joints_rest_m)
+    }
+
+    /// As [`Self::clip`], in the memory of the file's poses, which are gone afterwards.
+    pub(crate) fn take_clip(&mut self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Clip {
+        let frames = std::mem::take(&mut self.frames);
+        self.clip_of(frames, joints_rest_m)
+    }
+
+    fn clip_of(&self, mut frames: Vec<Pose>, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Clip {
         let turn = self.up.y_up_from_world();
-        let mut frames = self.frames.clone();
         for pose in &mut frames {
             pose.root_translation_m = turn * pose.root_translation_m;
             pose.parent_from_joint[0] = (turn * pose.parent_from_joint[0]).normalize();
@@ -211,9 +210,9 @@ impl Poses {
         let body = key_of(file, &BODY_KEYS);
         match (one, root, body) {
             (_, Some(root_key), Some(body_key)) if one.is_none() => {
-                let root = vectors(file, root_key)?;
-                let body = vectors(file, body_key)?;
-                let [root_width, body_width] = [&root, &body].map(width);
+                let root = vectors_shape(file, root_key)?;
+                let body = vectors_shape(file, body_key)?;
+                let [root_width, body_width] = [&root, &body].map(|shape| width(shape));
                 if root_width != 3 {
                     let expected = "3 numbers a frame, a rotation vector";
                     return Err(bad(root_key, expected, root_width));
@@ -224,12 +223,14 @@ impl Poses {
                     let expected = "63 (SMPL-H, SMPL-X) or 69 (SMPL) numbers a frame";
                     return Err(bad(body_key, expected, body_width));
                 }
-                if body.shape[0] != root.shape[0] {
-                    let expected = format!("as many frames as `{root_key}`, {}", root.shape[0]);
-                    let got = body.shape[0].to_string();
+                if body[0] != root[0] {
+                    let expected = format!("as many frames as `{root_key}`, {}", root[0]);
+                    let got = body[0].to_string();
                     return Err(NpzError::array(body_key, expected, got).into());
                 }
                 let joints = taken(body_width + 3) - 1;
+                let root = vectors(file, root_key, &root, 1)?;
+                let body = vectors(file, body_key, &body, joints)?;
                 Ok(Self {
                     parts: vec![(root, 0, 1), (body, 1, joints)],
                 })
@@ -241,8 +242,8 @@ impl Poses {
                     let got = format!("none among {}", keys.join(", "));
                     return Err(NpzError::array(key, expected, got).into());
                 }
-                let poses = vectors(file, key)?;
-                let width = width(&poses);
+                let shape = vectors_shape(file, key)?;
+                let width = width(&shape);
                 // 69 numbers are a body without its root, or a root and 22 joints of something else.
                 if !POSE_WIDTHS.contains(&width) || !width.is_multiple_of(3) || width == 69 {
                     let expected = "66 to 165 numbers a frame: 72 (SMPL), 156 (SMPL-H), 165 (SMPL-X), \
@@ -250,8 +251,9 @@ impl Poses {
                                     `pose_body`, and the root `root_orient`";
                     return Err(bad(key, expected, width));
                 }
+                let joints = taken(width);
                 Ok(Self {
-                    parts: vec![(poses, 0, taken(width))],
+                    parts: vec![(vectors(file, key, &shape, joints)?, 0, joints)],
                 })
             }
         }
@@ -290,23 +292,46 @@ fn bad(key: &str, expected: &str, width: usize) -> MotionError {
     NpzError::array(key, expected, width.to_string()).into()
 }
 
-/// An array of [frames, numbers] or [frames, joints, 3].
-fn vectors(
+/// The shape of an array of [frames, numbers] or [frames, joints, 3], with as many frames as a clip may
+/// have.
+fn vectors_shape(
     file: &mut Archive<impl Read + Seek>,
     key: &'static str,
-) -> Result<Array<f64>, MotionError> {
-    match file.floats(key, &[None, None]) {
-        Ok(array) => Ok(array),
-        Err(flat) => match file.floats(key, &[None, None, Some(3)]) {
-            Ok(array) => Ok(array),
-            // A third length that is not 3: matrices or quaternions.
-            Err(_) => Err(flat.into()),
-        },
+) -> Result<Vec<usize>, MotionError> {
+    let shape = file.shape(key)?;
+    match shape[..] {
+        [0, _] | [0, _, 3] => Err(MotionError::EmptyClip),
+        [frames, _] | [frames, _, 3] if frames > MAX_CLIP_FRAMES => Err(MotionError::TooLong {
+            frames: frames as f64,
+            limit: MAX_CLIP_FRAMES,
+        }),
+        [_, _] | [_, _, 3] => Ok(shape),
+        // A third length that is not 3: matrices or quaternions.
+        _ => {
+            let expected = "shape [any, any]";
+            Err(NpzError::array(key, expected, format!("shape {shape:?}")).into())
+        }
     }
 }
 
-fn width(array: &Array<f64>) -> usize {
-    array.shape[1..].iter().product()
+/// The rotation vectors of the first joints.
+fn vectors(
+    file: &mut Archive<impl Read + Seek>,
+    key: &'static str,
+    shape: &[usize],
+    joints: usize,
+) -> Result<Array<f64>, MotionError> {
+    let whole: Vec<Option<usize>> = shape.iter().copied().map(Some).collect();
+    let most = match shape.len() {
+        3 => [usize::MAX, joints],
+        _ => [usize::MAX, 3 * joints],
+    };
+    Ok(file.floats_within(key, &whole, &most)?)
+}
+
+/// Numbers a frame.
+fn width(shape: &[usize]) -> usize {
+    shape.iter().skip(1).product()
 }
 
 /// The first of the spellings that the file has.
@@ -324,17 +349,26 @@ fn betas(file: &mut Archive<impl Read + Seek>) -> Result<Vec<f64>, MotionError> 
     if !file.has("betas") {
         return Ok(Vec::new());
     }
-    match file.floats("betas", &[None]) {
-        Ok(betas) => Ok(betas.into_c_order()),
-        Err(flat) => match file.floats("betas", &[None, None]) {
-            Ok(betas) => {
-                let width = betas.shape[1];
-                let mut betas = betas.into_c_order();
-                betas.truncate(width);
-                Ok(betas)
-            }
-            Err(_) => Err(flat.into()),
-        },
+    let shape = file.shape("betas")?;
+    let (expected, most): (&[Option<usize>], &[usize]) = match shape[..] {
+        [_, _] => (&[None, None], &[1, MAX_SHAPES]),
+        _ => (&[None], &[MAX_SHAPES]),
+    };
+    Ok(file.floats_within("betas", expected, most)?.into_c_order())
+}
+
+/// Number of soft-tissue coefficients a frame.
+fn dmpl_count(file: &mut Archive<impl Read + Seek>, frames: usize) -> Result<usize, MotionError> {
+    if !file.has("dmpls") {
+        return Ok(0);
+    }
+    let shape = file.shape("dmpls")?;
+    match shape[..] {
+        [count, width] if count == frames => Ok(width),
+        _ => {
+            let expected = format!("shape [{frames}, any]");
+            Err(NpzError::array("dmpls", expected, format!("shape {shape:?}")).into())
+        }
     }
 }
 

@@ -258,7 +258,13 @@ fn list(joints: &[Joint]) -> String {
 /// As many names as a message bears.
 pub(crate) fn shortened(names: &[String]) -> String {
     const MOST: usize = 80;
-    let shown = names[..names.len().min(MOST)].join(", ");
+    const MOST_LETTERS: usize = 60;
+    let cut = |name: &String| match name.char_indices().nth(MOST_LETTERS) {
+        Some((end, _)) => format!("{}...", &name[..end]),
+        None => name.clone(),
+    };
+    let shown: Vec<String> = names.iter().take(MOST).map(cut).collect();
+    let shown = shown.join(", ");
     match names.len().saturating_sub(MOST) {
         0 if names.is_empty() => "none".to_owned(),
         0 => shown,

@@ -3,7 +3,7 @@
 use dynaskin_body::{JOINT_COUNT, Pose};
 use glam::Vec3;
 
-use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, ReadOptions, retarget};
+use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, ReadOptions, retarget_watched};
 
 /// A motion file.
 #[derive(Clone, Debug)]
@@ -77,19 +77,56 @@ impl MotionFile {
     /// # Errors
     /// As [`retarget`].
     pub fn clip(&self, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<FileClip, MotionError> {
-        let mut notes = self.notes();
+        self.clip_watched(joints_rest_m, &mut |_| {})
+    }
+
+    fn clip_watched(
+        &self,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<FileClip, MotionError> {
         let (clip, report) = match self {
-            Self::Bvh(motion) => {
-                retarget(motion, joints_rest_m).map(|(clip, report)| (clip, Some(report)))?
-            }
+            Self::Bvh(motion) => retarget_watched(motion, joints_rest_m, progress)
+                .map(|(clip, report)| (clip, Some(report)))?,
             Self::Gltf(motion) => {
-                let (mut clip, report) = retarget(motion, joints_rest_m)?;
+                let (mut clip, report) = retarget_watched(motion, joints_rest_m, progress)?;
                 clip.name.clone_from(&motion.animation_name);
                 (clip, Some(report))
             }
             #[cfg(feature = "amass")]
             Self::Amass(motion) => (motion.clip(joints_rest_m), None),
         };
+        Ok(self.file_clip(clip, report))
+    }
+
+    /// As [`Self::clip`] at `rate_hz`, with less memory: what the file holds is gone before the poses
+    /// are made anew. `progress` is told the fraction that is done.
+    ///
+    /// # Errors
+    /// As [`Self::clip`] and [`Clip::resampled`].
+    pub fn into_clip(
+        self,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        rate_hz: f64,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<FileClip, MotionError> {
+        let found = match self {
+            #[cfg(feature = "amass")]
+            Self::Amass(mut motion) => {
+                let clip = motion.take_clip(joints_rest_m);
+                Self::Amass(motion).file_clip(clip, None)
+            }
+            other => other.clip_watched(joints_rest_m, progress)?,
+        };
+        Ok(FileClip {
+            clip: found.clip.into_resampled(rate_hz)?,
+            ..found
+        })
+    }
+
+    /// Says what is to be said of a clip of this file.
+    fn file_clip(&self, clip: Clip, report: Option<JointReport>) -> FileClip {
+        let mut notes = self.notes();
         // Of glTF files this is said with the choice among their animations.
         if !matches!(self, Self::Gltf(_)) && is_still(&clip) {
             notes.push("nothing moves in the file: every frame is the same pose".to_owned());
@@ -102,11 +139,11 @@ impl MotionFile {
             notes: notes.clone(),
             ..report
         });
-        Ok(FileClip {
+        FileClip {
             clip,
             report,
             notes,
-        })
+        }
     }
 }
 

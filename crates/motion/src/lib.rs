@@ -25,4 +25,4 @@ pub use glb::{AnimationInfo, GltfMotion};
 pub use options::{AnimationChoice, ReadOptions, UpAxis};
 pub use procedural::{Procedural, ProceduralKind};
 pub use puppet::{Grip, Puppet};
-pub use retarget::{JointReport, LengthUnit, SourceMotion, retarget};
+pub use retarget::{JointReport, LengthUnit, SourceMotion, World, retarget, retarget_watched};

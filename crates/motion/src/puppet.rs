@@ -6,7 +6,7 @@ use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use glam::{DVec3, Vec3};
 
 use crate::MotionError;
-use crate::procedural::figure::{Arm, Figure, Sides, Sole, Stance};
+use crate::procedural::ik::{Arm, IkSolver, Sides, Sole, Stance};
 
 /// Natural frequency (Hz) and damping ratio with which a held part follows the hand: quick, and
 /// without swinging, as a hand does not shake what it holds.
@@ -72,7 +72,7 @@ impl Grip {
 /// the length of the steps.
 pub struct Puppet {
     joints_rest_m: [Vec3; JOINT_COUNT],
-    figure: Figure,
+    solver: IkSolver,
     trunk_m: f64,
     arm_m: f64,
     held: Option<(Grip, DVec3)>,
@@ -89,14 +89,14 @@ impl Puppet {
     /// # Errors
     /// [`MotionError::Degenerate`] for joints that are no standing person.
     pub fn new(joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Self, MotionError> {
-        let figure = Figure::new(joints_rest_m)?;
+        let solver = IkSolver::new(joints_rest_m)?;
         let length = |from: Joint, to: Joint| {
             let [from, to] = [from, to].map(|joint| joints_rest_m[joint as usize].as_dvec3());
             from.distance(to).max(0.05)
         };
         Ok(Self {
             joints_rest_m: *joints_rest_m,
-            figure,
+            solver,
             trunk_m: length(Joint::Pelvis, Joint::Spine3),
             arm_m: length(Joint::LeftShoulder, Joint::LeftElbow)
                 + length(Joint::LeftElbow, Joint::LeftWrist),
@@ -154,7 +154,7 @@ impl Puppet {
 
     /// The present pose.
     pub fn pose(&self) -> Pose {
-        self.figure.pose(&self.stance())
+        self.solver.pose(&self.stance())
     }
 
     /// Where a part is in the present pose: its joint, metres, world.
@@ -164,7 +164,7 @@ impl Puppet {
     }
 
     fn within_reach(&self, pull_m: DVec3) -> DVec3 {
-        let [aside, up, down] = LIMITS.map(|limit| limit * self.figure.leg_m);
+        let [aside, up, down] = LIMITS.map(|limit| limit * self.solver.leg_m);
         let flat = DVec3::new(pull_m.x, 0.0, pull_m.z);
         let height = soft_limit(pull_m.y, if pull_m.y > 0.0 { up } else { down });
         // A length that overflows has no direction.
@@ -192,7 +192,7 @@ impl Puppet {
     }
 
     fn stance(&self) -> Stance {
-        let leg_m = self.figure.leg_m;
+        let leg_m = self.solver.leg_m;
         let shift_m = self.pelvis.at_m;
         // A leg that leans stays as long as it is.
         let arc_m = (shift_m.x * shift_m.x + shift_m.z * shift_m.z) / (2.0 * leg_m);
@@ -208,14 +208,14 @@ impl Puppet {
         };
         let sole = Sole {
             shift_m: positive_part(
-                shift_m.y - 0.6 * self.figure.tiptoe_rise_m(),
+                shift_m.y - 0.6 * self.solver.tiptoe_rise_m(),
                 LIFT_SOFTNESS_M,
             ) * DVec3::Y,
             spring: 1.0,
             ..Sole::default()
         };
         Stance {
-            pelvis_shift_m: shift_m - (self.figure.stand_drop_m + arc_m) * DVec3::Y,
+            pelvis_shift_m: shift_m - (self.solver.stand_drop_m + arc_m) * DVec3::Y,
             pelvis_turn: PELVIS_SHARE * turn,
             chest_turn: (1.0 - PELVIS_SHARE) * turn,
             soles: Sides {

@@ -295,18 +295,53 @@ fn what_cannot_be_played_is_refused_with_its_place() {
 #[test]
 fn a_small_file_of_great_length_and_many_nodes_is_refused_at_once() {
     let mut file = GlbFile::new(&bvh(), Storage::Float);
-    // The last key comes after 53 minutes; the times are the first accessor.
+    // The last key comes after 48 minutes; the times are the first accessor.
     let keys = file.json["accessors"][0]["count"].as_u64().expect("keys") as usize;
-    file.binary[4 * (keys - 1)..4 * keys].copy_from_slice(&3_200.0_f32.to_le_bytes());
+    file.binary[4 * (keys - 1)..4 * keys].copy_from_slice(&2_900.0_f32.to_le_bytes());
+    let nodes = file.json["nodes"].as_array_mut().expect("nodes");
+    let first = nodes.len();
+    // Each of them carries the next, and the last the person: all are needed for every frame.
+    nodes.extend((first..first + 400).map(|idx| {
+        let child = if idx == first + 399 { 0 } else { idx + 1 };
+        json!({ "name": format!("link {idx}"), "children": [child] })
+    }));
+    let motion = GltfMotion::parse(&file.bytes()).expect("a file that can be read");
+    let error = retarget(&motion, &female_joints_m()).expect_err("too much");
+    assert!(matches!(error, MotionError::TooMuch { .. }), "{error}");
+    assert!(error.to_string().contains("at most 20 million"), "{error}");
+}
+
+/// Joints that turn nothing on the body cost nothing.
+#[test]
+fn what_stands_beside_a_person_changes_nothing() {
+    let plain = GlbFile::new(&bvh(), Storage::Float);
+    let mut file = GlbFile::new(&bvh(), Storage::Float);
     let nodes = file.json["nodes"].as_array_mut().expect("nodes");
     let first = nodes.len();
     nodes.extend((0..400).map(|idx| json!({ "name": format!("leaf {idx}") })));
-    let leaves = (first..first + 400).map(|node| json!(node));
     let children = nodes[0]["children"].as_array_mut().expect("children");
-    children.extend(leaves);
-    let error = GltfMotion::parse(&file.bytes()).expect_err("too much");
-    assert!(matches!(error, MotionError::TooMuch { .. }), "{error}");
-    assert!(error.to_string().contains("at most 20 million"), "{error}");
+    children.extend((first..first + 400).map(|node| json!(node)));
+    let [plain, beside] = [plain, file].map(|file| {
+        let motion = GltfMotion::parse(&file.bytes()).expect("a file that can be read");
+        retarget(&motion, &female_joints_m()).expect("a person").0
+    });
+    assert_eq!(plain.frames, beside.frames);
+}
+
+/// Channels may share their keys: each is read for itself.
+#[test]
+fn a_small_file_whose_channels_share_many_keys_is_refused_at_once() {
+    let mut file = GlbFile::new(&bvh(), Storage::Float);
+    let animation = file.json["animations"][0].clone();
+    let animations = std::iter::repeat_n(animation, 20_000);
+    file.json["animations"] = animations.collect();
+    for read in [
+        GltfMotion::parse(&file.bytes()).map(|_| ()),
+        GltfMotion::animations(&file.bytes()).map(|_| ()),
+    ] {
+        let error = read.expect_err("too much").to_string();
+        assert!(error.contains("at most 4000000 keys"), "{error}");
+    }
 }
 
 #[test]

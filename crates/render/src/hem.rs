@@ -2,7 +2,7 @@
 //!
 //! Colours of whole vertices say that only roughly: drawn as they are, the line between two colours
 //! follows the triangles. Here the shares are spread over the surface by diffusion, which knows the
-//! triangles' shapes (so that a dense part of the mesh pulls no harder than a coarse one), and
+//! triangles' shapes: a dense part of the mesh pulls no harder than a coarse one. They are then
 //! turned into distances from the line where they are even. The distances are spread once more. A
 //! distance is linear across its line, so the shader finds the line inside triangles of any size.
 

@@ -41,8 +41,9 @@ pub enum ComplianceError {
     },
 }
 
-/// How far in metres each part of each region of a body moves when gravity is turned upside down, onto
-/// its back and onto its left side: the mean over the part's vertices of the offset's length, with the usual materials.
+/// How far each part of each region of a body moves when gravity is turned upside down, onto its back
+/// and onto its left side, in metres. It is the mean length of the offsets of the part's vertices,
+/// with the usual materials.
 /// [`COMPLIANCE_COUNT`] numbers, `[region][part][turn]` flat.
 ///
 /// # Errors

@@ -5,13 +5,12 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use dynaskin_body::Region;
-use dynaskin_motion::AnimationChoice;
 use dynaskin_runtime::{Avatar, Controls, Detail, Model, PoseSource, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
 use crate::controls;
 use crate::error::{Thrown, no_region};
-use crate::motion::{self, CoreMotion, read_options};
+use crate::motion::{self, CoreMotion, animation_choice, read_options};
 use crate::pose;
 use crate::puppet::CorePuppet;
 
@@ -385,12 +384,12 @@ impl CoreAvatar {
         rate_hz: Option<f64>,
         up: Option<String>,
     ) -> Result<CoreMotion, JsValue> {
-        let animation = match (animation.as_string(), animation.as_f64()) {
-            (Some(name), _) => Some(AnimationChoice::Name(name)),
-            (None, Some(index)) => Some(AnimationChoice::Index(index as usize)),
-            (None, None) => None,
-        };
-        let options = read_options(&joints, animation, rate_hz, up.as_deref())?;
+        let options = read_options(
+            &joints,
+            animation_choice(&animation),
+            rate_hz,
+            up.as_deref(),
+        )?;
         Ok(CoreMotion::from_file(
             bytes,
             &options,

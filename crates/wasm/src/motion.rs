@@ -52,6 +52,15 @@ pub(crate) fn read_options(
     Ok(options)
 }
 
+/// A name or a place counted from 0; none for everything else.
+pub(crate) fn animation_choice(animation: &JsValue) -> Option<AnimationChoice> {
+    match (animation.as_string(), animation.as_f64()) {
+        (Some(name), _) => Some(AnimationChoice::Name(name)),
+        (None, Some(index)) => Some(AnimationChoice::Index(index as usize)),
+        (None, None) => None,
+    }
+}
+
 /// The animations of a binary glTF file, as JavaScript has them.
 pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
     let animations = GltfMotion::animations(bytes).map_err(Thrown::from)?;
@@ -72,7 +81,7 @@ impl CoreMotion {
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
         let bvh = Bvh::parse_with(bytes, options)?;
-        Self::played(&MotionFile::Bvh(bvh), joints_rest_m)
+        Self::played(MotionFile::Bvh(bvh), joints_rest_m, &mut |_| {})
     }
 
     pub(crate) fn from_file(
@@ -80,18 +89,38 @@ impl CoreMotion {
         options: &ReadOptions,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
-        Self::played(&MotionFile::parse_with(bytes, options)?, joints_rest_m)
+        Self::watched(bytes, options, joints_rest_m, &mut |_| {})
     }
 
-    fn played(file: &MotionFile, joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<Self, Thrown> {
+    /// Reads a file; `progress` is told the fraction that is done.
+    fn watched(
+        bytes: &[u8],
+        options: &ReadOptions,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, Thrown> {
+        // About as long as what follows.
+        const PARSED: f64 = 0.3;
+        progress(0.0);
+        let file = MotionFile::parse_with(bytes, options)?;
+        progress(PARSED);
+        let mut rest = |done: f64| progress(PARSED + (1.0 - PARSED) * done);
+        Self::played(file, joints_rest_m, &mut rest)
+    }
+
+    fn played(
+        file: MotionFile,
+        joints_rest_m: &[Vec3; JOINT_COUNT],
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, Thrown> {
         let FileClip {
             clip,
             report,
             notes,
             ..
-        } = file.clip(joints_rest_m)?;
+        } = file.into_clip(joints_rest_m, MODEL_RATE_HZ, progress)?;
         Ok(Self {
-            clip: clip.resampled(MODEL_RATE_HZ)?,
+            clip,
             report,
             notes,
         })
@@ -123,7 +152,7 @@ impl CoreMotion {
             frames,
         };
         Ok(Self {
-            clip: clip.resampled(MODEL_RATE_HZ)?,
+            clip: clip.into_resampled(MODEL_RATE_HZ)?,
             report: None,
             notes: Vec::new(),
         })
@@ -154,6 +183,56 @@ impl CoreMotion {
 
 #[wasm_bindgen]
 impl CoreMotion {
+    /// Reads a motion file as `CoreAvatar.motionFromFile` does, for a body with these rest joints,
+    /// `[joint][3]` in metres. `progress` is called with the fraction that is done, 0 to 1.
+    ///
+    /// # Errors
+    /// Throws `motion` and `argument`.
+    #[wasm_bindgen(js_name = readFile)]
+    pub fn read_file(
+        bytes: &[u8],
+        joints_rest_m: &[f32],
+        joints: Vec<String>,
+        animation: JsValue,
+        rate_hz: Option<f64>,
+        up: Option<String>,
+        progress: &js_sys::Function,
+    ) -> Result<CoreMotion, JsValue> {
+        let options = read_options(
+            &joints,
+            animation_choice(&animation),
+            rate_hz,
+            up.as_deref(),
+        )?;
+        let rest_m: Vec<Vec3> = joints_rest_m
+            .chunks_exact(3)
+            .map(Vec3::from_slice)
+            .collect();
+        let rest_m = <[Vec3; JOINT_COUNT]>::try_from(rest_m).map_err(|_| {
+            Thrown::argument(format!(
+                "There are {JOINT_COUNT} rest joints, three numbers each."
+            ))
+        })?;
+        let mut tell = |done: f64| {
+            // Whoever listens cannot stop the reading, so its errors are of no use here.
+            let _ = progress.call1(&JsValue::NULL, &done.into());
+        };
+        Ok(Self::watched(bytes, &options, &rest_m, &mut tell)?)
+    }
+
+    /// The poses, 99 numbers each, one after the other.
+    ///
+    /// # Errors
+    /// None in practice: every pose has its numbers.
+    pub fn poses(&self) -> Result<Vec<f64>, JsValue> {
+        let mut numbers = vec![0.0; self.clip.frames.len() * pose::POSE_LENGTH];
+        let rows = numbers.chunks_exact_mut(pose::POSE_LENGTH);
+        for (frame, row) in self.clip.frames.iter().zip(rows) {
+            pose::to_numbers(frame, row)?;
+        }
+        Ok(numbers)
+    }
+
     /// Name of the clip; for a file, of its animation, empty where it has none.
     #[wasm_bindgen(getter)]
     pub fn name(&self) -> String {

@@ -1,5 +1,7 @@
 import methods from "virtual:methods";
-import type { Sex } from "./settings.js";
+
+/** Which body. */
+export type Sex = "female" | "male";
 
 /**
  * Who moves the skin of an actor: `linear` (nobody), `dynaskin`, `truth` (the simulator, where the

@@ -1,6 +1,5 @@
 import { type Avatar, type Body, type Bundle, load, type Model } from "dynaskin";
-import { type ActorKind, isMethod } from "./actors.js";
-import type { Sex } from "./settings.js";
+import { type ActorKind, isMethod, type Sex } from "./actors.js";
 
 /** One body with the networks that have been loaded for it so far: makes its actors. */
 export class Cast {

@@ -4,6 +4,12 @@ import { BY_HAND } from "./by-hand.js";
 /** What the settings can name: a built-in motion, or the visitor's hand. */
 export type MotionName = ProceduralName | typeof BY_HAND;
 
+/** A motion file's name and content, to make its motion again for another body or shape. */
+export interface MotionFile {
+  name: string;
+  bytes: Uint8Array;
+}
+
 /** A built-in motion as the page offers it. */
 export interface MotionChoice {
   /** The name the SDK knows. */

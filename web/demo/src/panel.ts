@@ -1,3 +1,4 @@
+import type { Sex } from "./actors.js";
 import { BodyPanel } from "./body-panel.js";
 import { BY_HAND } from "./by-hand.js";
 import { bindControls, controlKeys } from "./controls.js";
@@ -11,7 +12,6 @@ import {
   type MotionName,
   motionLabel,
 } from "./motions.js";
-import type { Sex } from "./settings.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
 import { type PageStore, swapFirstTwo, wait } from "./state.js";
 import { TissuePanel } from "./tissue-panel.js";

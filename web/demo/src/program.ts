@@ -1,15 +1,9 @@
 import { type Avatar, Motion } from "dynaskin";
 import { ByHand, type Playable } from "./by-hand.js";
 import type { PlayedInstead } from "./code.js";
-import { findMotion, motionLabel, motionOptions } from "./motions.js";
+import { findMotion, type MotionFile, motionLabel, motionOptions } from "./motions.js";
 import type { PageStore } from "./state.js";
 import { clipLabel } from "./truth.js";
-
-/** A motion file's name and content, to make its motion again for another body or shape. */
-export interface MotionFile {
-  name: string;
-  bytes: Uint8Array;
-}
 
 /** What plays: a file, a clip of the simulator, or the settings' motion, which may be a hand. */
 export class Program {

@@ -1,5 +1,5 @@
 import { REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
-import { type ActorKind, actorsOf } from "./actors.js";
+import { type ActorKind, actorsOf, type Sex } from "./actors.js";
 import { lessMotion } from "./less-motion.js";
 import * as link from "./link.js";
 import { findMotion, MOTION_NAMES, type MotionName } from "./motions.js";
@@ -36,9 +36,6 @@ export const TISSUE_FACTORS: Record<TissueProperty, readonly [number, number, nu
 export type TissueFactors = Readonly<
   Record<TissueProperty, Readonly<Partial<Record<RegionName, number>>>>
 >;
-
-/** Which body. */
-export type Sex = "female" | "male";
 
 /** Everything a link to the page can carry. */
 export interface Settings {

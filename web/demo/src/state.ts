@@ -1,8 +1,8 @@
-import { type ActorKind, actorsOf, SLOTS, type Slot } from "./actors.js";
+import { type ActorKind, actorsOf, type Sex, SLOTS, type Slot } from "./actors.js";
 import type { Cast } from "./cast.js";
+import type { MotionFile } from "./motions.js";
 import { narrowScreen } from "./narrow.js";
-import type { MotionFile } from "./program.js";
-import { type Layout, SETTING_NAMES, type Settings, type Sex, USUAL } from "./settings.js";
+import { type Layout, SETTING_NAMES, type Settings, USUAL } from "./settings.js";
 import { Store } from "./store.js";
 import { clipNamesOf, type TruthClip } from "./truth.js";
 

@@ -1,6 +1,6 @@
 import { type Body, POSE_LENGTH, SHAPE_LENGTH } from "dynaskin";
+import type { Sex } from "./actors.js";
 import { SafeTensors } from "./safetensors.js";
-import type { Sex } from "./settings.js";
 
 /** Addresses of the clips in `clips/BODY/`, by file. */
 const FILES = import.meta.glob<string>("../clips/*/*.safetensors", {

@@ -10,7 +10,7 @@ import {
 } from "./controls.js";
 import { type Core, CoreArray } from "./core.js";
 import { checkDistance, type Detail, detailIndex, detailOf } from "./detail.js";
-import { DynaSkinError, guard } from "./error.js";
+import { DynaSkinError } from "./error.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "./pose.js";
 import {
   type PoseSource,
@@ -69,15 +69,14 @@ export interface SkinnedSurface {
 export class Avatar {
   readonly #arrays: Record<"offsets" | "positions" | "normals" | "skinMatrices", CoreArray>;
   readonly #skinned: Record<keyof SkinnedSurface, CoreArray>;
-  readonly #preset: (name: string) => Float32Array;
+  readonly #core: Core;
   #raw: CoreAvatar | null;
 
   /** @internal */
-  constructor({ memory, glue }: Core, raw: CoreAvatar, vertexCount: number) {
+  constructor(core: Core, raw: CoreAvatar, vertexCount: number) {
+    this.#core = core;
     this.#raw = raw;
-    this.#preset = (name) => glue.CoreAvatar.controlPreset(name);
-    const array = (locate: () => number, length: number) =>
-      new CoreArray(memory, () => guard(locate), length);
+    const array = (locate: () => number, length: number) => new CoreArray(core, locate, length);
     const perVertex = vertexCount * 3;
     this.#arrays = {
       offsets: array(() => this.raw.offsetsPtr(), perVertex),
@@ -92,8 +91,14 @@ export class Avatar {
   }
 
   /** @internal */
+  get core(): Core {
+    return this.#core;
+  }
+
+  /** @internal */
   get raw(): CoreAvatar {
     this.#assertAlive();
+    this.#core.assertSound();
     return this.#raw as CoreAvatar;
   }
 
@@ -102,7 +107,7 @@ export class Avatar {
    *
    * The tissue has its own 60 Hz clock, so any display rate gives the same motion; it lies one
    * sixtieth of a second behind the skeleton. The first step, a jump of the pose (a teleport, a cut)
-   * and a step of more than 0.25 s (a stall, a hidden tab) start with settled tissue; after a jump
+   * and a step of more than 0.25 s (a stall, a hidden tab) start with settled tissue. After a jump
    * or a stall, what was shown before fades out over 0.2 s, so that nothing pops. For slow motion,
    * give smaller `dtSeconds` along with slower poses; for a pause, give 0 or do not step.
    *
@@ -116,7 +121,7 @@ export class Avatar {
   step(pose: Pose, dtSeconds: number): void {
     checkLength("pose", pose, POSE_LENGTH);
     checkNumber("dtSeconds", dtSeconds);
-    guard(() => this.raw.step(pose, dtSeconds));
+    this.#core.guard(() => this.raw.step(pose, dtSeconds));
   }
 
   /**
@@ -147,7 +152,7 @@ export class Avatar {
 
   /** Skins on the CPU with linear blend skinning, for hosts without a GPU and for tests. */
   skinned(): SkinnedSurface {
-    guard(() => this.raw.skin());
+    this.#core.guard(() => this.raw.skin());
     const { positions, normals } = this.#skinned;
     return { positions: positions.view, normals: normals.view };
   }
@@ -171,7 +176,7 @@ export class Avatar {
 
   /** Shape coefficients β in standard deviations, {@link SHAPE_LENGTH} of them. */
   get shape(): Float32Array {
-    return guard(() => this.raw.shape());
+    return this.#core.guard(() => this.raw.shape());
   }
 
   /**
@@ -184,7 +189,7 @@ export class Avatar {
    */
   setShape(shape: ArrayLike<number>): void {
     checkLength("shape", shape, SHAPE_LENGTH);
-    guard(() => this.raw.setShape(Float32Array.from(shape)));
+    this.#core.guard(() => this.raw.setShape(Float32Array.from(shape)));
   }
 
   /**
@@ -192,12 +197,12 @@ export class Avatar {
    * compares it in every frame, where reading ten coefficients would allocate.
    */
   get revision(): number {
-    return guard(() => this.raw.revision);
+    return this.#core.guard(() => this.raw.revision);
   }
 
   /** Rest positions of the 24 joints for the present shape: `[joint][x, y, z]` flattened, metres. A copy. */
   restJointsM(): Float32Array {
-    return guard(() => this.raw.jointsRest());
+    return this.#core.guard(() => this.raw.jointsRest());
   }
 
   /**
@@ -207,11 +212,11 @@ export class Avatar {
    * no networks.
    */
   get dynamics(): boolean {
-    return guard(() => this.raw.dynamics);
+    return this.#core.guard(() => this.raw.dynamics);
   }
 
   set dynamics(on: boolean) {
-    guard(() => {
+    this.#core.guard(() => {
       this.raw.dynamics = Boolean(on);
     });
   }
@@ -221,12 +226,12 @@ export class Avatar {
    * Other numbers throw `argument`.
    */
   get strength(): number {
-    return guard(() => this.raw.strength);
+    return this.#core.guard(() => this.raw.strength);
   }
 
   set strength(factor: number) {
     checkNumber("strength", factor);
-    guard(() => {
+    this.#core.guard(() => {
       this.raw.strength = factor;
     });
   }
@@ -239,12 +244,12 @@ export class Avatar {
   setRegionGain(region: RegionName, factor: number): void {
     const idx = regionIndex(region);
     checkNumber("factor", factor);
-    guard(() => this.raw.setRegionGain(idx, factor));
+    this.#core.guard(() => this.raw.setRegionGain(idx, factor));
   }
 
   /** All controls as they are now: a copy. */
   get controls(): Controls {
-    return controlsOf(guard(() => this.raw.controls()));
+    return controlsOf(this.#core.guard(() => this.raw.controls()));
   }
 
   /**
@@ -257,10 +262,10 @@ export class Avatar {
    */
   setControls(change: ControlChanges | ControlPreset): void {
     if (typeof change !== "string") checkObject("change", change);
-    guard(() => {
+    this.#core.guard(() => {
       const numbers =
         typeof change === "string"
-          ? this.#preset(change)
+          ? this.#core.glue.CoreAvatar.controlPreset(change)
           : changedControls(this.raw.controls(), change);
       this.raw.setControls(numbers);
     });
@@ -283,7 +288,8 @@ export class Avatar {
         "showOffsets takes a Float32Array, three numbers a vertex.",
       );
     }
-    guard(() => this.raw.showOffsets(offsetsM));
+    checkLength("offsetsM", offsetsM, this.#arrays.offsets.length);
+    this.#core.guard(() => this.raw.showOffsets(offsetsM));
   }
 
   /**
@@ -294,12 +300,12 @@ export class Avatar {
    * poses are to scale move alike. May change in mid-motion; other numbers throw `argument`.
    */
   get scale(): number {
-    return guard(() => this.raw.scale);
+    return this.#core.guard(() => this.raw.scale);
   }
 
   set scale(factor: number) {
     checkNumber("scale", factor);
-    guard(() => {
+    this.#core.guard(() => {
       this.raw.scale = factor;
     });
   }
@@ -309,12 +315,12 @@ export class Avatar {
    * sets it. Another word throws `argument`.
    */
   get detail(): Detail {
-    return detailOf(guard(() => this.raw.detail));
+    return detailOf(this.#core.guard(() => this.raw.detail));
   }
 
   set detail(detail: Detail) {
     const idx = detailIndex(detail);
-    guard(() => {
+    this.#core.guard(() => {
       this.raw.detail = idx;
     });
   }
@@ -325,12 +331,12 @@ export class Avatar {
    * source would help. Another word throws `argument`.
    */
   get poseSource(): PoseSource {
-    return poseSourceOf(guard(() => this.raw.poseSource));
+    return poseSourceOf(this.#core.guard(() => this.raw.poseSource));
   }
 
   set poseSource(source: PoseSource) {
     const idx = poseSourceIndex(source);
-    guard(() => {
+    this.#core.guard(() => {
       this.raw.poseSource = idx;
     });
   }
@@ -341,11 +347,11 @@ export class Avatar {
    * out. The first step back in sight shows, at once, tissue that has settled in that step's pose.
    */
   get visible(): boolean {
-    return guard(() => this.raw.visible);
+    return this.#core.guard(() => this.raw.visible);
   }
 
   set visible(visible: boolean) {
-    guard(() => {
+    this.#core.guard(() => {
       this.raw.visible = Boolean(visible);
     });
   }
@@ -355,12 +361,12 @@ export class Avatar {
    * A negative number or NaN throws `argument`.
    */
   get distanceM(): number {
-    return guard(() => this.raw.distanceM);
+    return this.#core.guard(() => this.raw.distanceM);
   }
 
   set distanceM(metres: number) {
     checkDistance(metres);
-    guard(() => {
+    this.#core.guard(() => {
       this.raw.distanceM = metres;
     });
   }
@@ -370,7 +376,7 @@ export class Avatar {
    * recognised without it.
    */
   reset(): void {
-    guard(() => this.raw.reset());
+    this.#core.guard(() => this.raw.reset());
   }
 
   /**
@@ -381,7 +387,7 @@ export class Avatar {
    * {@link visible} are the page's and stay.
    */
   save(): Uint8Array {
-    return guard(() => this.raw.save());
+    return this.#core.guard(() => this.raw.save());
   }
 
   /**
@@ -393,14 +399,14 @@ export class Avatar {
    */
   restore(state: Uint8Array): void {
     checkState(state);
-    guard(() => this.raw.restore(state));
+    this.#core.guard(() => this.raw.restore(state));
   }
 
   /** What the last {@link step} cost. */
   get timings(): StepTimings {
     const [ticks = 0, featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0, settled = 0] =
-      guard(() => this.raw.timings());
-    const source = sourceReportOf(guard(() => this.raw.sourceDiagnosis()));
+      this.#core.guard(() => this.raw.timings());
+    const source = sourceReportOf(this.#core.guard(() => this.raw.sourceDiagnosis()));
     const settledBecause = SETTLED_BECAUSE[settled] ?? null;
     return {
       ticks,
@@ -418,6 +424,6 @@ export class Avatar {
   dispose(): void {
     const raw = this.#raw;
     this.#raw = null;
-    if (raw) guard(() => raw.free());
+    this.#core.free(raw);
   }
 }

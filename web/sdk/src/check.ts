@@ -53,12 +53,40 @@ export function kindOf(value: unknown): string {
   return value === null ? "null" : typeof value;
 }
 
+/** Bytes over which a state is refused before it is copied: one has some hundred thousand. */
+const MAX_STATE_BYTES = 16 * 2 ** 20;
+
 /**
  * Refuses what is no saved state.
  *
  * @internal
  */
 export function checkState(state: unknown): asserts state is Uint8Array {
-  if (state instanceof Uint8Array) return;
-  throw new DynaSkinError("argument", "A saved state is a Uint8Array, as save() gives it.");
+  if (!(state instanceof Uint8Array)) {
+    throw new DynaSkinError("argument", "A saved state is a Uint8Array, as save() gives it.");
+  }
+  if (state.length <= MAX_STATE_BYTES) return;
+  throw new DynaSkinError(
+    "state",
+    `This is no saved state: it has ${Math.ceil(state.length / 2 ** 20)} MiB, and states have less than one.`,
+  );
+}
+
+/** Letters of a name, at most. */
+const MAX_LETTERS = 1000;
+
+/**
+ * Refuses what is no string, or a longer one than any name.
+ *
+ * @internal
+ */
+export function checkName(what: string, value: unknown): void {
+  if (typeof value !== "string") {
+    throw new DynaSkinError("argument", `${what} must be a string, got ${kindOf(value)}.`);
+  }
+  if (value.length <= MAX_LETTERS) return;
+  throw new DynaSkinError(
+    "argument",
+    `${what} has ${value.length} letters; at most ${MAX_LETTERS} are taken.`,
+  );
 }

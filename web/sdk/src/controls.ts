@@ -25,9 +25,10 @@ export interface RegionControls {
  *
  * Networks of the feature kind `inertial-materials` have learned tissue of other stiffness and damping
  * (`Bundle.learned`; the shipped ones half to twice the usual stiffness, and damping ratios of
- * 0.63 to 1.6 times the usual); within these ranges stiffness and damping are their input. What goes beyond, and everything with networks of other kinds, acts after
- * them: each region counts as one damped oscillator whose own frequency was measured on the model, and
- * a linear filter replaces its swing by that of the changed oscillator. It is stable for every setting,
+ * 0.63 to 1.6 times the usual). Within these ranges stiffness and damping are their input. What goes
+ * beyond, and everything with networks of other kinds, acts after them. Each region then counts as one
+ * damped oscillator whose own frequency was measured on the model, and a linear filter replaces its
+ * swing by that of the changed oscillator. It is stable for every setting,
  * and an approximation where tissue swings in several ways at once.
  */
 export interface Controls {
@@ -53,10 +54,10 @@ export interface ControlChanges {
 }
 
 /**
- * Controls with a name: `as-predicted` is how an avatar begins; `calm-clothes` is tissue under firm
- * everyday clothes, held more tightly, at rest sooner, and never more than 2 cm from where it was;
- * `sportswear` is a supported chest, which swings half as far and faster, and firmer hips and thighs,
- * while the rest moves as predicted.
+ * Controls with a name. `as-predicted` is how an avatar begins. `calm-clothes` is tissue under firm
+ * everyday clothes, held more tightly, at rest sooner, and never more than 2 cm from where it was.
+ * `sportswear` is a supported chest, which swings half as far and faster, and firmer hips and thighs;
+ * the rest moves as predicted.
  */
 export type ControlPreset = "as-predicted" | "calm-clothes" | "sportswear";
 

@@ -1,4 +1,5 @@
 import { DynaSkinError } from "./error.js";
+import { Instance } from "./instance.js";
 import { VERSION } from "./version.js";
 import * as glue from "./wasm/core.js";
 import { compile, type WasmSource } from "./wasm/instantiate.js";
@@ -8,16 +9,24 @@ import { compile, type WasmSource } from "./wasm/instantiate.js";
  *
  * @internal
  */
-export interface Core {
-  readonly glue: typeof glue;
+export class Core extends Instance {
+  readonly glue = glue;
   readonly memory: WebAssembly.Memory;
+  /** The crash of the core before this one; null for the first. */
+  readonly restartedAfter: DynaSkinError | null;
+
+  constructor(memory: WebAssembly.Memory, restartedAfter: DynaSkinError | null = null) {
+    super();
+    this.memory = memory;
+    this.restartedAfter = restartedAfter;
+  }
 }
 
 let starting: { core: Promise<Core>; source: WasmSource | undefined } | null = null;
 
 /**
  * Starts the core once; calls that come while it starts, or later, share it. A start that failed
- * may be tried again. Another `source` than that of the core that runs is compiled all the same: a
+ * may be tried again, and after a crash a new one starts. Another `source` than that of the core that runs is compiled all the same: a
  * file that cannot be used must not go unnoticed because of what happened to be loaded before.
  *
  * @internal
@@ -36,7 +45,29 @@ export async function startCore(
       starting = null;
     });
   }
-  return starting.core;
+  const shared = starting;
+  const core = await shared.core;
+  if (!core.crash) return core;
+  // Of several calls the first starts it.
+  if (starting === shared) starting = { core: restart(core.crash), source: shared.source };
+  return starting?.core ?? startCore(source, onProgress);
+}
+
+/** The same file anew, with a memory of its own. Objects of the one before cannot be used with it. */
+async function restart(crash: DynaSkinError): Promise<Core> {
+  try {
+    glue.__wbg_reset_state();
+    // It runs, so this only gives what it exports.
+    const { memory } = glue.initSync({ module: new Uint8Array() });
+    return new Core(memory, crash);
+  } catch (cause) {
+    starting = null;
+    throw new DynaSkinError(
+      "wasm",
+      "The dynaskin core crashed and could not be started again; reload the page.",
+      { cause },
+    );
+  }
 }
 
 function isSame(source: WasmSource, started: WasmSource | undefined): boolean {
@@ -59,7 +90,7 @@ async function start(
   try {
     const { memory } = await glue.default({ module_or_path: module });
     checkVersion(glue.coreVersion());
-    return { glue, memory };
+    return new Core(memory);
   } catch (cause) {
     if (cause instanceof DynaSkinError) throw cause;
     throw new DynaSkinError(
@@ -92,25 +123,28 @@ export function checkVersion(coreVersion: string): void {
  * @internal
  */
 export class CoreArray {
-  readonly #memory: WebAssembly.Memory;
+  readonly #core: Core;
   readonly #locate: () => number;
-  readonly #length: number;
+  /** Numbers in it. */
+  readonly length: number;
   #view: Float32Array;
 
-  constructor(memory: WebAssembly.Memory, locate: () => number, length: number) {
-    this.#memory = memory;
+  constructor(core: Core, locate: () => number, length: number) {
+    this.#core = core;
     this.#locate = locate;
-    this.#length = length;
+    this.length = length;
     this.#view = this.#make();
   }
 
-  /** The array as it is now. */
+  /** The array as it is now; throws `crashed`. */
   get view(): Float32Array {
-    if (this.#view.buffer !== this.#memory.buffer) this.#view = this.#make();
+    this.#core.assertSound();
+    if (this.#view.buffer !== this.#core.memory.buffer) this.#view = this.#make();
     return this.#view;
   }
 
   #make(): Float32Array {
-    return new Float32Array(this.#memory.buffer, this.#locate(), this.#length);
+    const start = this.#core.guard(this.#locate);
+    return new Float32Array(this.#core.memory.buffer, start, this.length);
   }
 }

@@ -1,7 +1,7 @@
 import { Avatar } from "./avatar.js";
 import { checkNumber, checkObject } from "./check.js";
 import type { Core } from "./core.js";
-import { DynaSkinError, guard } from "./error.js";
+import { DynaSkinError } from "./error.js";
 import { checkPoses, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreCrowd } from "./wasm/core.js";
 
@@ -49,7 +49,7 @@ export interface CrowdReport {
  * {@link Model.createCrowd}.
  */
 export class Crowd {
-  readonly #memory: WebAssembly.Memory;
+  readonly #core: Core;
   readonly #defaults: [number, number];
   /** Replaced, never changed: whoever goes through it may take avatars out. */
   #avatars: readonly Avatar[] = [];
@@ -58,15 +58,18 @@ export class Crowd {
   #levelOfDetail: LevelOfDetail | null = null;
 
   /** @internal */
-  constructor({ memory, glue }: Core, raw: CoreCrowd) {
-    this.#memory = memory;
+  constructor(core: Core, raw: CoreCrowd) {
+    this.#core = core;
     this.#raw = raw;
-    const [half = 0, asleep = 0] = glue.CoreCrowd.defaultDistances();
+    const [half = 0, asleep = 0] = core.glue.CoreCrowd.defaultDistances();
     this.#defaults = [half, asleep];
   }
 
   get #alive(): CoreCrowd {
-    if (this.#raw) return this.#raw;
+    if (this.#raw) {
+      this.#core.assertSound();
+      return this.#raw;
+    }
     throw new DynaSkinError("disposed", "This crowd was used after dispose().");
   }
 
@@ -88,7 +91,7 @@ export class Crowd {
     if (!(avatar instanceof Avatar)) {
       throw new DynaSkinError("argument", "A crowd takes avatars, as createAvatar() gives them.");
     }
-    guard(() => this.#alive.add(avatar.raw));
+    this.#core.guard(() => this.#alive.add(avatar.raw));
     this.#avatars = Object.freeze([...this.#avatars, avatar]);
     this.#poses = new Float64Array(0);
   }
@@ -97,7 +100,7 @@ export class Crowd {
   remove(avatar: Avatar): boolean {
     const idx = this.#avatars.indexOf(avatar);
     if (idx < 0) return false;
-    guard(() => this.#alive.remove(idx));
+    this.#core.guard(() => this.#alive.remove(idx));
     this.#avatars = Object.freeze(this.#avatars.filter((other) => other !== avatar));
     this.#poses = new Float64Array(0);
     return true;
@@ -118,14 +121,14 @@ export class Crowd {
     checkPoses(poses, this.#avatars);
     const target = this.#view(raw);
     for (const [idx, pose] of poses.entries()) target.set(pose, idx * POSE_LENGTH);
-    guard(() => raw.stepAll(dtSeconds));
+    this.#core.guard(() => raw.stepAll(dtSeconds));
   }
 
   #view(raw: CoreCrowd): Float64Array {
-    if (this.#poses.buffer !== this.#memory.buffer) {
+    if (this.#poses.buffer !== this.#core.memory.buffer) {
       const length = this.#avatars.length * POSE_LENGTH;
-      const start = guard(() => raw.posesPtr());
-      this.#poses = new Float64Array(this.#memory.buffer, start, length);
+      const start = this.#core.guard(() => raw.posesPtr());
+      this.#poses = new Float64Array(this.#core.memory.buffer, start, length);
     }
     return this.#poses;
   }
@@ -142,7 +145,7 @@ export class Crowd {
   set levelOfDetail(change: LevelOfDetail | null) {
     const raw = this.#alive;
     if (change === null) {
-      guard(() => raw.clearLevelOfDetail());
+      this.#core.guard(() => raw.clearLevelOfDetail());
       this.#levelOfDetail = null;
       return;
     }
@@ -160,7 +163,9 @@ export class Crowd {
         throw new DynaSkinError("argument", "budgetMs is NaN; give milliseconds above 0.");
       }
     }
-    guard(() => raw.setLevelOfDetail(halfBeyondM, asleepBeyondM, budgetMs ?? Number.NaN));
+    this.#core.guard(() =>
+      raw.setLevelOfDetail(halfBeyondM, asleepBeyondM, budgetMs ?? Number.NaN),
+    );
     this.#levelOfDetail = {
       halfBeyondM,
       asleepBeyondM,
@@ -170,7 +175,7 @@ export class Crowd {
 
   /** What the last {@link stepAll} did and cost. */
   get report(): CrowdReport {
-    const numbers = guard(() => this.#alive.report());
+    const numbers = this.#core.guard(() => this.#alive.report());
     const [full = 0, half = 0, asleep = 0] = numbers;
     const [featuresMs = 0, predictMs = 0, decodeMs = 0, applyMs = 0, skinMs = 0] =
       numbers.subarray(3);
@@ -182,6 +187,6 @@ export class Crowd {
     const raw = this.#raw;
     this.#raw = null;
     this.#avatars = [];
-    if (raw) guard(() => raw.free());
+    this.#core.free(raw);
   }
 }

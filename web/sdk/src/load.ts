@@ -1,7 +1,7 @@
 import type { Bundle } from "./bundle.js";
 import { checkCallback, checkObject, checkSignal } from "./check.js";
 import { type Core, startCore } from "./core.js";
-import { DynaSkinError, guard } from "./error.js";
+import { DynaSkinError } from "./error.js";
 import { checkIntegrity, isIntegrity } from "./integrity.js";
 import { Body, Model } from "./model.js";
 import { type FileSource, type Progress, ProgressSum, readBytes } from "./source.js";
@@ -20,7 +20,7 @@ export interface ModelFiles {
 }
 
 /** Size in bytes over which `load` refuses a body or a network and stops its download. */
-const MAX_FILE_BYTES = 256 * 2 ** 20;
+const MAX_FILE_BYTES = 64 * 2 ** 20;
 
 /** Size in bytes over which bundle.json is refused: it holds a list of vertices and some numbers. */
 const MAX_BUNDLE_BYTES = 16 * 2 ** 20;
@@ -64,7 +64,7 @@ export interface LoadOptions {
  * Loads a model: the WebAssembly core, the body and the two networks, side by side. The files are read
  * from the folder of `bundle.json` and from nowhere else, whatever names stand in it.
  *
- * @throws DynaSkinError `fetch` (also for a file over 256 MiB), `wasm`, or what the core
+ * @throws DynaSkinError `fetch` (also for a file over 64 MiB), `wasm`, or what the core
  *   refuses: `bundle` (also a wrong hash, or a `body` that is not the bundle's), `body`, `network`
  */
 export async function load(options: LoadOptions): Promise<Model> {
@@ -107,7 +107,7 @@ export async function load(options: LoadOptions): Promise<Model> {
     onBody?.(loadedBody);
     const networks = [await predictor, await decoder] as const;
     signal?.throwIfAborted();
-    const raw = guard(() => new core.glue.CoreModel(bundleBytes, loadedBody.raw, ...networks));
+    const raw = core.guard(() => new core.glue.CoreModel(bundleBytes, loadedBody.raw, ...networks));
     return new Model(core, raw, loadedBody, bundle, shared === undefined);
   } catch (error) {
     if (!shared) loadedBody.dispose();
@@ -118,7 +118,7 @@ export async function load(options: LoadOptions): Promise<Model> {
 function makeBody(core: Core, bundle: Bundle, bundleBytes: Uint8Array, glb: Uint8Array): Body {
   return new Body(
     core,
-    guard(() => new core.glue.CoreBody(bundleBytes, glb)),
+    core.guard(() => new core.glue.CoreBody(bundleBytes, glb)),
     bundle.body.sha256,
   );
 }

@@ -4,7 +4,7 @@ import { REGION_NAMES } from "./bundle.js";
 import { checkObject } from "./check.js";
 import type { Core } from "./core.js";
 import { Crowd } from "./crowd.js";
-import { DynaSkinError, guard } from "./error.js";
+import { DynaSkinError } from "./error.js";
 import { checkLength, SHAPE_LENGTH } from "./pose.js";
 import { type PoseSource, poseSourceIndex } from "./pose-source.js";
 import type { CoreBody, CoreModel } from "./wasm/core.js";
@@ -48,7 +48,10 @@ export class Body {
 
   /** @internal */
   get raw(): CoreBody {
-    if (this.#raw) return this.#raw;
+    if (this.#raw) {
+      this.#core.assertSound();
+      return this.#raw;
+    }
     throw new DynaSkinError("disposed", "This body was used after dispose().");
   }
 
@@ -56,7 +59,7 @@ export class Body {
   regionWeights(region: RegionName): Float32Array {
     const idx = REGION_NAMES.indexOf(region);
     if (idx < 0) throw new DynaSkinError("argument", `There is no region ${region}.`);
-    return guard(() => this.raw.regionWeights(idx));
+    return this.#core.guard(() => this.raw.regionWeights(idx));
   }
 
   /**
@@ -66,13 +69,13 @@ export class Body {
    */
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
-    const raw = guard(() => this.raw.createAvatar(shape));
+    const raw = this.#core.guard(() => this.raw.createAvatar(shape));
     return withSource(new Avatar(this.#core, raw, this.vertexCount), options);
   }
 
   /** Frees the body's memory; avatars made from it live on. May be called again. */
   dispose(): void {
-    this.#raw?.free();
+    this.#core.free(this.#raw);
     this.#raw = null;
   }
 }
@@ -96,6 +99,14 @@ export class Model {
     this.bundle = bundle;
   }
 
+  /**
+   * The crash after which {@link load} started a new WebAssembly core for this model: what was loaded
+   * before it throws `crashed`, and has to be loaded and made again. Null as a rule.
+   */
+  get restartedAfter(): DynaSkinError | null {
+    return this.#core.restartedAfter;
+  }
+
   /** Name of the model, such as `female`. */
   get name(): string {
     return this.bundle.name;
@@ -108,13 +119,13 @@ export class Model {
    */
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
-    const avatar = guard(() => this.#alive.createAvatar(shape));
+    const avatar = this.#core.guard(() => this.#alive.createAvatar(shape));
     return withSource(new Avatar(this.#core, avatar, this.body.vertexCount), options);
   }
 
   /** A crowd without avatars, for many avatars of this model; see {@link Crowd}. */
   createCrowd(): Crowd {
-    const raw = guard(() => new this.#core.glue.CoreCrowd(this.#alive));
+    const raw = this.#core.guard(() => new this.#core.glue.CoreCrowd(this.#alive));
     return new Crowd(this.#core, raw);
   }
 
@@ -128,7 +139,7 @@ export class Model {
    * from it live on. May be called again.
    */
   dispose(): void {
-    this.#raw?.free();
+    this.#core.free(this.#raw);
     this.#raw = null;
     if (this.#ownsBody) this.body.dispose();
   }

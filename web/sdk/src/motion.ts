@@ -1,6 +1,7 @@
 import { Avatar } from "./avatar.js";
-import { checkNumber, checkObject, kindOf } from "./check.js";
-import { DynaSkinError, guard } from "./error.js";
+import { checkName, checkNumber, checkObject } from "./check.js";
+import type { Core } from "./core.js";
+import { DynaSkinError } from "./error.js";
 import { checkLength, JOINT_NAMES, type JointName, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreMotion } from "./wasm/core.js";
 
@@ -89,8 +90,8 @@ export interface JointReport {
   notes: string[];
 }
 
-/** Most poses of a motion, as in the core: 55 minutes at 60 Hz. */
-const MAX_POSES = 200_000;
+/** Most poses of a motion, as in the core: 50 minutes at 60 Hz. */
+const MAX_POSES = 180_000;
 
 /** Largest motion file in bytes. */
 const MAX_FILE_BYTES = 256 * 2 ** 20;
@@ -111,14 +112,21 @@ export class Motion {
    * sentence each without its first capital and full stop; empty where all is as usual.
    */
   readonly notes: readonly string[];
+  readonly #core: Core;
   #raw: CoreMotion | null;
 
-  private constructor(raw: CoreMotion, jointReport: JointReport | null) {
+  private constructor(
+    core: Core,
+    raw: CoreMotion,
+    jointReport: JointReport | null,
+    notes: readonly string[] = raw.notes,
+  ) {
+    this.#core = core;
     this.#raw = raw;
     this.name = raw.name;
     this.durationSeconds = raw.durationSeconds;
     this.jointReport = jointReport;
-    this.notes = raw.notes;
+    this.notes = notes;
   }
 
   /**
@@ -132,7 +140,7 @@ export class Motion {
     const bytes = bytesOf("fromBvh", file);
     const joints = jointPairs(options);
     checkUnknown(options, ["joints", "rateHz"]);
-    return Motion.#read(() => avatar.raw.motionFromBvh(bytes, joints, options.rateHz));
+    return Motion.#read(avatar.core, () => avatar.raw.motionFromBvh(bytes, joints, options.rateHz));
   }
 
   /**
@@ -156,18 +164,21 @@ export class Motion {
   ): Motion {
     checkAvatar(avatar);
     const bytes = bytesOf("fromFile", file);
-    const joints = jointPairs(options);
-    checkUnknown(options, ["joints", "rateHz", "animation", "up"]);
-    const { animation, rateHz, up } = options;
-    const isPlace = typeof animation === "number" && Number.isInteger(animation) && animation >= 0;
-    if (!isPlace && typeof animation !== "string" && animation !== undefined) {
-      const message = "animation must be a name, or a whole number counted from 0.";
-      throw new DynaSkinError("argument", message);
-    }
-    if (up !== undefined && typeof up !== "string") {
-      throw new DynaSkinError("argument", `up must be "y", "z" or "-y", got ${kindOf(up)}.`);
-    }
-    return Motion.#read(() => avatar.raw.motionFromFile(bytes, joints, animation, rateHz, up));
+    const how = fileArguments(options);
+    return Motion.#read(avatar.core, () => avatar.raw.motionFromFile(bytes, ...how));
+  }
+
+  /**
+   * Takes over what a worker has read for an avatar's skeleton.
+   *
+   * @internal
+   */
+  static fromReading(reading: MotionReading, avatar: Avatar): Motion {
+    const { name, poses, jointReport, notes } = reading;
+    return avatar.core.guard(() => {
+      const raw = avatar.raw.motionFromPoses(name, poses, MOTION_RATE_HZ);
+      return new Motion(avatar.core, raw, jointReport, notes);
+    });
   }
 
   /**
@@ -180,13 +191,13 @@ export class Motion {
   static animations(file: ArrayBuffer | Uint8Array, avatar: Avatar): AnimationInfo[] {
     checkAvatar(avatar);
     const bytes = bytesOf("animations", file);
-    return guard(() => avatar.raw.animationsOf(bytes) as AnimationInfo[]);
+    return avatar.core.guard(() => avatar.raw.animationsOf(bytes) as AnimationInfo[]);
   }
 
-  static #read(read: () => CoreMotion): Motion {
-    return guard(() => {
+  static #read(core: Core, read: () => CoreMotion): Motion {
+    return core.guard(() => {
       const raw = read();
-      return new Motion(raw, raw.jointReport() as JointReport | null);
+      return new Motion(core, raw, raw.jointReport() as JointReport | null);
     });
   }
 
@@ -207,8 +218,10 @@ export class Motion {
     for (const [what, value] of Object.entries({ tempoHz, heightM, durationSeconds })) {
       if (value !== undefined) checkNumber(what, value);
     }
-    const raw = guard(() => avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds));
-    return new Motion(raw, null);
+    const raw = avatar.core.guard(() =>
+      avatar.raw.motionProcedural(name, tempoHz, heightM, durationSeconds),
+    );
+    return new Motion(avatar.core, raw, null);
   }
 
   /**
@@ -220,7 +233,7 @@ export class Motion {
    * @param name - the motion's name, for people
    * @throws DynaSkinError `argument` for what is no Float64Array of whole poses, `pose` for numbers
    *   that are not finite or quaternions that are not of unit length, `motion` for no poses, more than
-   *   200,000, or a rate out of range
+   *   180,000, or a rate out of range
    */
   static fromPoses(poses: Float64Array, rateHz: number, avatar: Avatar, name = "poses"): Motion {
     if (!(poses instanceof Float64Array)) {
@@ -235,9 +248,10 @@ export class Motion {
       );
     }
     checkNumber("rateHz", rateHz);
+    checkName("name", name);
     checkAvatar(avatar);
-    const raw = guard(() => avatar.raw.motionFromPoses(`${name}`, poses, rateHz));
-    return new Motion(raw, null);
+    const raw = avatar.core.guard(() => avatar.raw.motionFromPoses(name, poses, rateHz));
+    return new Motion(avatar.core, raw, null);
   }
 
   /**
@@ -257,15 +271,65 @@ export class Motion {
     }
     const raw = this.#raw;
     if (!raw) throw new DynaSkinError("disposed", "This motion was used after dispose().");
-    guard(() => raw.poseAt(timeSeconds, out));
+    this.#core.guard(() => raw.poseAt(timeSeconds, out));
     return out;
   }
 
   /** Frees the motion's memory. May be called again. */
   dispose(): void {
-    this.#raw?.free();
+    this.#core.free(this.#raw);
     this.#raw = null;
   }
+}
+
+/** What a worker reads of a file: poses at 60 Hz, and what {@link Motion} says of it. */
+export interface MotionReading {
+  name: string;
+  poses: Float64Array;
+  jointReport: JointReport | null;
+  notes: string[];
+}
+
+/** Poses a second of every motion. */
+const MOTION_RATE_HZ = 60;
+
+/**
+ * The options as the core takes them.
+ *
+ * @throws DynaSkinError `argument`
+ * @internal
+ */
+export function fileArguments(
+  options: MotionFileOptions,
+): [
+  joints: string[],
+  animation: string | number | undefined,
+  rateHz: number | undefined,
+  up: string | undefined,
+] {
+  const joints = jointPairs(options);
+  checkUnknown(options, ["joints", "rateHz", "animation", "up"]);
+  const { animation, rateHz, up } = options;
+  const isPlace = typeof animation === "number" && Number.isInteger(animation) && animation >= 0;
+  if (!isPlace && typeof animation !== "string" && animation !== undefined) {
+    const message = "animation must be a name, or a whole number counted from 0.";
+    throw new DynaSkinError("argument", message);
+  }
+  if (typeof animation === "string") checkName("animation", animation);
+  if (up !== undefined) checkName("up", up);
+  return [joints, animation, rateHz, up];
+}
+
+/**
+ * Refuses a file before it is copied into the core's memory, which never shrinks again.
+ *
+ * @throws DynaSkinError `motion`
+ * @internal
+ */
+export function checkMotionSize(bytes: number): void {
+  if (bytes <= MAX_FILE_BYTES) return;
+  const [size, limit] = [bytes, MAX_FILE_BYTES].map((count) => Math.ceil(count / 2 ** 20));
+  throw new DynaSkinError("motion", `The file has ${size} MiB; at most ${limit} MiB are read.`);
 }
 
 function bytesOf(what: string, file: ArrayBuffer | Uint8Array): Uint8Array {
@@ -273,13 +337,7 @@ function bytesOf(what: string, file: ArrayBuffer | Uint8Array): Uint8Array {
     const message = `${what} takes the bytes of a file as an ArrayBuffer or a Uint8Array.`;
     throw new DynaSkinError("argument", message);
   }
-  // Before it is copied into the core's memory, which never shrinks again.
-  if (file.byteLength > MAX_FILE_BYTES) {
-    const [size, limit] = [file.byteLength, MAX_FILE_BYTES].map((bytes) =>
-      Math.ceil(bytes / 2 ** 20),
-    );
-    throw new DynaSkinError("motion", `The file has ${size} MiB; at most ${limit} MiB are read.`);
-  }
+  checkMotionSize(file.byteLength);
   if (file instanceof Uint8Array) return file;
   try {
     return new Uint8Array(file);
@@ -302,9 +360,8 @@ function jointPairs(options: BvhOptions): string[] {
       const known = JOINT_NAMES.join(", ");
       throw new DynaSkinError("argument", `The body has no joint ${joint}; it has ${known}.`);
     }
-    if (typeof name === "string") return [joint, name];
-    const message = `The file's name of ${joint} must be a string, got ${kindOf(name)}.`;
-    throw new DynaSkinError("argument", message);
+    checkName(`The file's name of ${joint}`, name);
+    return [joint, name];
   });
 }
 
@@ -316,7 +373,8 @@ function checkUnknown(options: object, known: readonly string[]): void {
   throw new DynaSkinError("argument", message);
 }
 
-function checkAvatar(avatar: unknown): void {
+/** @internal */
+export function checkAvatar(avatar: unknown): void {
   if (avatar instanceof Avatar) return;
   throw new DynaSkinError("argument", "A motion needs an avatar, as createAvatar() gives it.");
 }

@@ -35,9 +35,9 @@ export type JointName = (typeof JOINT_NAMES)[number];
 /**
  * A pose: 99 numbers, `[tx, ty, tz, q0x, q0y, q0z, q0w, q1x, …]`.
  *
- * First the root's translation in metres (+Y up, the rest pose faces +Z, its left is +X; zero puts
- * the body's feet on y = 0), then one unit quaternion x, y, z, w per joint in the order of
- * {@link JOINT_NAMES}: the rotation of the joint's frame in its parent's. The rest frames are
+ * First the root's translation in metres: +Y up, the rest pose faces +Z, its left is +X; zero puts
+ * the body's feet on y = 0. Then one unit quaternion x, y, z, w per joint in the order of
+ * {@link JOINT_NAMES}, the rotation of the joint's frame in its parent's. The rest frames are
  * aligned with the model's axes, so the rest pose is all identity. Double precision, because the
  * features are second differences.
  */

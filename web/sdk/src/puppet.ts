@@ -1,6 +1,7 @@
 import { Avatar } from "./avatar.js";
 import { checkNumber } from "./check.js";
-import { DynaSkinError, guard } from "./error.js";
+import type { Core } from "./core.js";
+import { DynaSkinError } from "./error.js";
 import { checkLength, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CorePuppet } from "./wasm/core.js";
 
@@ -18,6 +19,7 @@ export type Grip = (typeof GRIPS)[number];
  * Made for an avatar's present shape: after a change of shape, make it again.
  */
 export class Puppet {
+  readonly #core: Core;
   #raw: CorePuppet | null;
 
   /**
@@ -27,12 +29,13 @@ export class Puppet {
     if (!(avatar instanceof Avatar)) {
       throw new DynaSkinError("argument", "A puppet needs an avatar, as createAvatar() gives it.");
     }
-    this.#raw = guard(() => avatar.raw.puppet());
+    this.#core = avatar.core;
+    this.#raw = this.#core.guard(() => avatar.raw.puppet());
   }
 
   /** The part that is held; null while the body is free. */
   get held(): Grip | null {
-    return (guard(() => this.#alive.held) ?? null) as Grip | null;
+    return (this.#core.guard(() => this.#alive.held) ?? null) as Grip | null;
   }
 
   /**
@@ -47,12 +50,12 @@ export class Puppet {
   hold(grip: Grip, pullM: ArrayLike<number>): void {
     checkLength("pullM", pullM, 3);
     const [x, y, z] = Array.from(pullM) as [number, number, number];
-    guard(() => this.#alive.hold(checkGrip(grip), x, y, z));
+    this.#core.guard(() => this.#alive.hold(checkGrip(grip), x, y, z));
   }
 
   /** Lets go. */
   release(): void {
-    guard(() => this.#alive.release());
+    this.#core.guard(() => this.#alive.release());
   }
 
   /**
@@ -73,7 +76,7 @@ export class Puppet {
         "out must be a Float64Array: poses are double precision.",
       );
     }
-    guard(() => this.#alive.step(dtSeconds, out));
+    this.#core.guard(() => this.#alive.step(dtSeconds, out));
     return out;
   }
 
@@ -84,13 +87,13 @@ export class Puppet {
    * @throws DynaSkinError `argument` for an unknown part
    */
   placeOf(grip: Grip): [x: number, y: number, z: number] {
-    const place = guard(() => this.#alive.placeOf(checkGrip(grip)));
+    const place = this.#core.guard(() => this.#alive.placeOf(checkGrip(grip)));
     return [place[0] ?? 0, place[1] ?? 0, place[2] ?? 0];
   }
 
   /** Frees the puppet's memory. May be called again. */
   dispose(): void {
-    this.#raw?.free();
+    this.#core.free(this.#raw);
     this.#raw = null;
   }
 

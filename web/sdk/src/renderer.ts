@@ -5,7 +5,8 @@
  * @module
  */
 
-import { DynaSkinError, guard, toDynaSkinError } from "./error.js";
+import { DynaSkinError } from "./error.js";
+import { Instance } from "./instance.js";
 import type { Body } from "./model.js";
 import { AdaptiveResolution } from "./renderer/resolution.js";
 import { type Progress, ProgressSum } from "./source.js";
@@ -62,7 +63,14 @@ export interface Surface {
 
 let starting: Promise<void> | null = null;
 
+/** The running file; after a crash the next renderer starts another. */
+let instance = new Instance();
+
 function startGlue(options: RendererOptions): Promise<void> {
+  if (instance.crash) {
+    glue.__wbg_reset_state();
+    instance = new Instance();
+  }
   starting ??= start(options).catch((error) => {
     starting = null;
     throw error;
@@ -98,11 +106,7 @@ async function createRaw(
   canvas: HTMLCanvasElement,
   backend: Backend | "auto",
 ): Promise<glue.Renderer> {
-  try {
-    return await glue.Renderer.create(canvas, backend);
-  } catch (error) {
-    throw toDynaSkinError(error);
-  }
+  return instance.guardLater(() => glue.Renderer.create(canvas, backend));
 }
 
 /** How long a browser may take to give a WebGL2 context back. */
@@ -133,7 +137,7 @@ function contextRestored(canvas: HTMLCanvasElement): Promise<void> {
  * sRGB, 0 to 1. A renderer must have been made before.
  */
 export function heatRamp(): [number, number, number][] {
-  const flat = guard(() => glue.heat_ramp());
+  const flat = instance.guard(() => glue.heat_ramp());
   return Array.from({ length: flat.length / 3 }, (_, idx) => [
     flat[idx * 3] ?? 0,
     flat[idx * 3 + 1] ?? 0,
@@ -165,6 +169,8 @@ export class Renderer {
   readonly adapter: string;
   readonly #canvas: HTMLCanvasElement;
   readonly #resolution: AdaptiveResolution | null;
+  /** @internal The WebAssembly that draws. */
+  readonly wasm = instance;
   /** Null while nothing can be drawn: after a loss or {@link dispose}. */
   #raw: glue.Renderer | null = null;
   #lost: Promise<string | null> = Promise.resolve(null);
@@ -247,7 +253,7 @@ export class Renderer {
     const raw = this.#raw;
     this.#raw = null;
     this.#watch.abort();
-    raw?.free();
+    this.wasm.free(raw);
   }
 
   /**
@@ -267,9 +273,10 @@ export class Renderer {
   async #recover(): Promise<void> {
     if (!this.isLost) return;
     if (this.backend === "webgl2") await contextRestored(this.#canvas);
+    this.wasm.assertSound();
     const raw = await createRaw(this.#canvas, this.backend);
     if (this.#isDisposed) {
-      raw.free();
+      this.wasm.free(raw);
       return;
     }
     this.#begin(raw);
@@ -291,7 +298,7 @@ export class Renderer {
   setCamera(camera: Camera): void {
     const { eyeWorldM, targetWorldM, fovYRadians } = camera;
     const { raw } = this;
-    guard(() =>
+    this.wasm.guard(() =>
       raw?.set_camera(Float32Array.from(eyeWorldM), Float32Array.from(targetWorldM), fovYRadians),
     );
     this.#camera = camera;
@@ -301,14 +308,14 @@ export class Renderer {
   setBackground(background: Background): void {
     const { center, edge } = background;
     const { raw } = this;
-    guard(() => raw?.set_background(Float32Array.from(center), Float32Array.from(edge)));
+    this.wasm.guard(() => raw?.set_background(Float32Array.from(center), Float32Array.from(edge)));
     this.#background = background;
   }
 
   /** Colours bodies by the size of their offsets, 0 to `rangeMm` millimetres; null: as painted. */
   setHeatMap(rangeMm: number | null): void {
     const { raw } = this;
-    guard(() => raw?.set_heat_map(rangeMm ?? undefined));
+    this.wasm.guard(() => raw?.set_heat_map(rangeMm ?? undefined));
     this.#heatRangeMm = rangeMm;
   }
 
@@ -323,7 +330,7 @@ export class Renderer {
   /** Sets the size of canvas and picture: CSS pixels times `pixelRatio` (times {@link resolutionScale}). */
   resize(widthPx: number, heightPx: number, pixelRatio = 1): void {
     const { raw } = this;
-    guard(() => raw?.resize(widthPx, heightPx, pixelRatio * this.resolutionScale));
+    this.wasm.guard(() => raw?.resize(widthPx, heightPx, pixelRatio * this.resolutionScale));
     this.#size = [widthPx, heightPx, pixelRatio];
   }
 
@@ -336,12 +343,11 @@ export class Renderer {
     // Before drawing, because a canvas that changes its size is empty.
     if (raw && this.#resolution?.frame(performance.now()) && this.#size) this.resize(...this.#size);
     try {
-      return raw?.render() ?? false;
+      return this.wasm.guard(() => raw?.render() ?? false);
     } catch (error) {
-      const ours = toDynaSkinError(error);
       // The promise `lost` tells it a moment later.
-      if (ours.code === "lost") return false;
-      throw ours;
+      if ((error as DynaSkinError).code === "lost") return false;
+      throw error;
     }
   }
 
@@ -379,7 +385,9 @@ export class BodyHandle {
     const { raw } = this.#renderer;
     if (!raw) return;
     const { faces, skinJoints, skinWeights, colors } = this.#body;
-    this.#id = guard(() => raw.add_body(faces, skinJoints, skinWeights, colors));
+    this.#id = this.#renderer.wasm.guard(() =>
+      raw.add_body(faces, skinJoints, skinWeights, colors),
+    );
     this.setPlacement(this.#placement);
     this.setVisible(this.#isVisible);
     try {
@@ -395,7 +403,7 @@ export class BodyHandle {
     this.#checkPresent();
     const { raw } = this.#renderer;
     const id = this.#id;
-    if (raw && id !== null) guard(() => call(raw, id));
+    if (raw && id !== null) this.#renderer.wasm.guard(() => call(raw, id));
   }
 
   #checkPresent(): void {
@@ -437,11 +445,8 @@ export class BodyHandle {
     if (!raw || this.#id === null) {
       throw new DynaSkinError("lost", "The graphics card is lost; call recover() first.");
     }
-    try {
-      return await raw.read_skinned_positions(this.#id);
-    } catch (error) {
-      throw toDynaSkinError(error);
-    }
+    const id = this.#id;
+    return this.#renderer.wasm.guardLater(() => raw.read_skinned_positions(id));
   }
 
   /** Takes it off the picture and frees its buffers. May be called again, and after the renderer's end. */

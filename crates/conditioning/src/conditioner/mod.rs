@@ -12,7 +12,8 @@ use crate::cut::Step;
 use crate::diagnosis::{Diagnosis, NoiseGauge};
 use crate::frames::FrameClock;
 use crate::path::Knot;
-use crate::smoother::{Smoother, Tuning};
+use crate::smoother::Smoother;
+use crate::source::PoseSource;
 
 /// Poses whose root is nearer than this, in metres, and whose quaternions differ by less than
 /// half of it in every number are the same pose: a tenth of a micrometre, and a ten-millionth of a
@@ -27,42 +28,6 @@ const LOG: usize = 9;
 
 /// Most poses of the source between the playhead and now, with some behind it.
 const KNOTS: usize = 15;
-
-/// Where poses come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PoseSource {
-    /// The page's own animation, or poses held over several frames of the display. Where every frame
-    /// brings a new pose nothing is changed; poses that repeat are put on their source's clock,
-    /// one of its intervals late.
-    #[default]
-    Display,
-    /// A tracker of bodies, such as a webcam's: noise is taken off, which costs two intervals.
-    Tracker,
-    /// Poses from a network: evened out over what its jitter needs, noise left alone.
-    Network,
-    /// Nothing is conditioned: every pose is taken as one that is new, at the time its step says.
-    AsGiven,
-}
-
-impl PoseSource {
-    fn tuning(self) -> Option<Tuning> {
-        match self {
-            Self::Tracker => Some(Tuning {
-                root_noise_m_rad: 0.23,
-                joint_noise_rad: (0.02_f64.to_radians(), 0.8_f64.to_radians()),
-                stillness: 1.0,
-                lag: 0.44,
-                alertness: 0.35,
-                trust: 1.0,
-            }),
-            Self::Display | Self::Network | Self::AsGiven => None,
-        }
-    }
-
-    fn lag(self) -> f64 {
-        self.tuning().map_or(0.0, |tuning| tuning.lag)
-    }
-}
 
 /// What the tissue's clock is to be given.
 #[derive(Clone, Debug)]

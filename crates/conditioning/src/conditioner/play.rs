@@ -2,9 +2,10 @@
 
 use dynaskin_skeleton::Pose;
 
-use super::{Conditioned, Conditioner, KNOTS, PoseSource, RELEASE_SECONDS};
+use super::{Conditioned, Conditioner, KNOTS, RELEASE_SECONDS};
 use crate::clock::SourceClock;
 use crate::path::{Knot, Rates, between, parabola_rates};
+use crate::source::PoseSource;
 
 /// The playhead runs at most this much faster or slower than time.
 const HURRY: f64 = 0.12;

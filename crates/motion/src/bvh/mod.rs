@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 
 use crate::clip::check_range;
 use crate::options::{ReadOptions, find_named};
-use crate::{MotionError, SourceMotion};
+use crate::{MotionError, SourceMotion, World};
 
 /// Largest number of joints read from a file.
 pub const MAX_BVH_JOINTS: usize = 1024;
@@ -196,11 +196,19 @@ impl SourceMotion for Bvh {
     }
 
     fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
-        let mut world: Vec<(DQuat, DVec3)> = Vec::with_capacity(self.joints.len());
-        for (idx, joint) in self.joints.iter().enumerate() {
+        let all: Vec<usize> = (0..self.joints.len()).collect();
+        let mut world = World::default();
+        self.world_of(frame, &all, &mut world);
+        world.joints
+    }
+
+    fn world_of(&self, frame: usize, joints: &[usize], world: &mut World) {
+        let world = &mut world.joints;
+        world.resize(self.joints.len(), (DQuat::IDENTITY, DVec3::ZERO));
+        for &idx in joints {
             let rotation = self.parent_from_joint(frame, idx);
             let position = self.joint_in_parent(frame, idx);
-            world.push(match joint.parent {
+            world[idx] = match self.joints[idx].parent {
                 None => (rotation, position),
                 Some(parent) => {
                     let (parent_rotation, parent_position) = world[parent];
@@ -209,9 +217,8 @@ impl SourceMotion for Bvh {
                         parent_position + parent_rotation * position,
                     )
                 }
-            });
+            };
         }
-        world
     }
 
     /// Every rotation of the rest pose is zero.

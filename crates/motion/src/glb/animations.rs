@@ -27,6 +27,39 @@ pub struct AnimationInfo {
 /// Turns of at least this many radians count as movement: half a degree.
 const MOVING_RAD: f64 = 0.0087;
 
+/// Numbers of keys that files may ask for: as many as they have bytes, within these limits. Channels
+/// may share their keys, and a small file may name the same ones thousands of times.
+const MIN_SHARED_KEYS: usize = 4_000_000;
+const MAX_KEYS: usize = 20_000_000;
+
+/// Refuses animations whose channels ask for more keys than the file can hold, before any is read.
+///
+/// # Errors
+/// [`GlbError`] with the numbers.
+pub fn check_keys(file: &Document<'_>, file_bytes: usize) -> Result<(), GlbError> {
+    let limit = file_bytes.clamp(MIN_SHARED_KEYS, MAX_KEYS);
+    let count = |accessor: usize| {
+        let accessor = file.root.accessors.get(accessor);
+        let count = accessor.map_or(0, |accessor| accessor.count.0);
+        // What cannot lie in the file is refused where it is read, with its place.
+        if count > file_bytes as u64 { 0 } else { count }
+    };
+    let mut keys = 0_u64;
+    for animation in &file.root.animations {
+        for channel in &animation.channels {
+            if let Some(sampler) = animation.samplers.get(channel.sampler.value()) {
+                let both = count(sampler.input.value()).max(count(sampler.output.value()));
+                keys = keys.saturating_add(both);
+            }
+        }
+    }
+    if keys > limit as u64 {
+        let expected = format!("at most {limit} keys in all their channels, got {keys}");
+        return Err(GlbError::new("animations", expected));
+    }
+    Ok(())
+}
+
 /// The animations, in the file's order.
 pub fn animations(
     file: &Document<'_>,

@@ -19,9 +19,9 @@ use gltf::json::animation::Property;
 use gltf::json::validation::Checked;
 
 use crate::options::{ReadOptions, find_named};
-use crate::{MAX_CLIP_FRAMES, MODEL_RATE_HZ, MotionError, SourceMotion};
+use crate::{MAX_CLIP_FRAMES, MODEL_RATE_HZ, MotionError, SourceMotion, World};
 pub use animations::AnimationInfo;
-use animations::{animations, chosen, key_rate_hz, moving, what_was_chosen};
+use animations::{animations, check_keys, chosen, key_rate_hz, moving, what_was_chosen};
 use nodes::{Local, Node};
 use rest::bound;
 use track::Track;
@@ -56,10 +56,6 @@ struct AnimatedJoint {
     scale: Option<Track>,
 }
 
-/// Most frames times joints: half an hour at 60 Hz of a rig of 180 joints. Two keys an hour apart and
-/// thousands of nodes fit into a file of a hundred kilobytes.
-const MAX_ROTATIONS: usize = 20_000_000;
-
 impl GltfMotion {
     /// The animations of a file, in its order.
     ///
@@ -67,6 +63,7 @@ impl GltfMotion {
     /// [`MotionError::Glb`] for what is no binary glTF 2.0 file.
     pub fn animations(bytes: &[u8]) -> Result<Vec<AnimationInfo>, MotionError> {
         let file = Document::parse(bytes)?;
+        check_keys(&file, bytes.len())?;
         let nodes = nodes::skeleton(&file)?;
         Ok(animations(&file, &nodes, &joint_of(&file, &nodes)))
     }
@@ -92,6 +89,7 @@ impl GltfMotion {
             &["rate", "up axis"],
         )?;
         let file = Document::parse(bytes)?;
+        check_keys(&file, bytes.len())?;
         let nodes = nodes::skeleton(&file)?;
         let joint_of = joint_of(&file, &nodes);
         let all = animations(&file, &nodes, &joint_of);
@@ -154,13 +152,6 @@ impl GltfMotion {
         }
         // A last frame that rounding puts a hair before its sample belongs to it.
         let frame_count = (frames + 1e-2).floor().max(1.0) as usize;
-        if frame_count.saturating_mul(joints.len()) > MAX_ROTATIONS {
-            return Err(MotionError::TooMuch {
-                frames: frame_count,
-                joints: joints.len(),
-                limit: MAX_ROTATIONS,
-            });
-        }
         Ok(Self {
             animation_name: animation.name.clone().unwrap_or_default(),
             frame_count,
@@ -202,7 +193,10 @@ fn at_rest(nodes: Vec<Node>) -> Vec<AnimatedJoint> {
             scale: None,
         })
         .collect();
-    let by_nodes = world(&joints, |joint| joint.rest);
+    let all: Vec<usize> = (0..joints.len()).collect();
+    let mut by_nodes = World::default();
+    world(&joints, &all, &mut by_nodes, |joint| joint.rest);
+    let by_nodes = by_nodes.joints;
     let rest = bound(&joints, &by_nodes, &binds).unwrap_or(by_nodes);
     for (joint, (rotation, position)) in joints.iter_mut().zip(rest) {
         joint.rest_from_world = rotation.inverse();
@@ -229,12 +223,22 @@ impl AnimatedJoint {
     }
 }
 
-/// World rotation and position of every joint. Rotations leave scale aside, which the affine maps of
-/// a scaled parent would shear.
-fn world(joints: &[AnimatedJoint], local: impl Fn(&AnimatedJoint) -> Local) -> Vec<(DQuat, DVec3)> {
-    let mut affine: Vec<DAffine3> = Vec::with_capacity(joints.len());
-    let mut world: Vec<(DQuat, DVec3)> = Vec::with_capacity(joints.len());
-    for joint in joints {
+/// World rotation and position of the joints `wanted`, which are ascending, each with its ancestors.
+/// Rotations leave scale aside, which the affine maps of a scaled parent would shear.
+fn world(
+    joints: &[AnimatedJoint],
+    wanted: &[usize],
+    world: &mut World,
+    local: impl Fn(&AnimatedJoint) -> Local,
+) {
+    let World {
+        joints: world,
+        affine,
+    } = world;
+    world.resize(joints.len(), (DQuat::IDENTITY, DVec3::ZERO));
+    affine.resize(joints.len(), DAffine3::IDENTITY);
+    for &idx in wanted {
+        let joint = &joints[idx];
         let local = local(joint);
         let own = DAffine3::from_scale_rotation_translation(
             local.scale,
@@ -248,10 +252,9 @@ fn world(joints: &[AnimatedJoint], local: impl Fn(&AnimatedJoint) -> Local) -> V
                 affine[parent] * own,
             ),
         };
-        world.push((rotation, own.translation));
-        affine.push(own);
+        world[idx] = (rotation, own.translation);
+        affine[idx] = own;
     }
-    world
 }
 
 impl SourceMotion for GltfMotion {
@@ -292,11 +295,17 @@ impl SourceMotion for GltfMotion {
     }
 
     fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)> {
+        let all: Vec<usize> = (0..self.joints.len()).collect();
+        let mut world = World::default();
+        self.world_of(frame, &all, &mut world);
+        world.joints
+    }
+
+    fn world_of(&self, frame: usize, joints: &[usize], posed: &mut World) {
         let seconds = self.start_seconds + frame as f64 / self.rate_hz;
-        let mut world = world(&self.joints, |joint| joint.local(seconds));
-        for ((rotation, _), joint) in world.iter_mut().zip(&self.joints) {
-            *rotation *= joint.rest_from_world;
+        world(&self.joints, joints, posed, |joint| joint.local(seconds));
+        for &idx in joints {
+            posed.joints[idx].0 *= self.joints[idx].rest_from_world;
         }
-        world
     }
 }

@@ -93,17 +93,23 @@ fn parents(file: &Document<'_>) -> Result<Vec<Option<usize>>, GlbError> {
             }
         }
     }
-    // Every node has one parent at most: going up either ends at a root or never.
-    for idx in 0..nodes.len() {
-        let above = std::iter::successors(Some(idx), |node| parents[*node]);
-        if above.take(nodes.len() + 1).count() > nodes.len() {
-            return Err(GlbError::new(
-                format!("node {idx}"),
-                "a hierarchy without circles",
-            ));
-        }
+    // Every node has one parent at most: what no root leads down to goes in circles.
+    let mut is_reached = vec![false; nodes.len()];
+    let mut open: Vec<usize> = (0..nodes.len())
+        .filter(|idx| parents[*idx].is_none())
+        .collect();
+    while let Some(idx) = open.pop() {
+        is_reached[idx] = true;
+        let children = nodes[idx].children.as_deref().unwrap_or_default();
+        open.extend(children.iter().map(|child| child.value()));
     }
-    Ok(parents)
+    match is_reached.iter().position(|is_reached| !is_reached) {
+        None => Ok(parents),
+        Some(idx) => Err(GlbError::new(
+            format!("node {idx}"),
+            "a hierarchy without circles",
+        )),
+    }
 }
 
 /// The names of the nodes that may be parts of a person; empty for all others.

@@ -1,8 +1,10 @@
 //! The vertical course of the pelvis through flights and ground contacts.
 
-use super::figure::Figure;
+use dynaskin_skeleton::GRAVITY_M_S2 as GRAVITY;
+
+use super::ik::IkSolver;
+use super::parameters::{LEAD_SECONDS, Procedural};
 use super::track::{Knot, Track, smooth_step};
-use super::{GRAVITY, LEAD_SECONDS, Procedural};
 use crate::MotionError;
 
 /// Largest acceleration of the pelvis in contact, in m/s².
@@ -58,7 +60,7 @@ pub struct BouncePlan {
 impl Bounce {
     pub fn new(
         motion: &Procedural,
-        figure: &Figure,
+        solver: &IkSolver,
         plan: &BouncePlan,
     ) -> Result<Self, MotionError> {
         let height_m = motion.height_m;
@@ -82,15 +84,15 @@ impl Bounce {
         let launch_seconds = (1.875 * speed / SOLE_ACCELERATION)
             .max(0.06)
             .min(0.9 * speed / GRAVITY);
-        let stand_m = -figure.drop_for(plan.sole_aside_m);
-        let depth_m = figure.leg_m * (0.07 + 0.11 * speed);
+        let stand_m = -solver.drop_for(plan.sole_aside_m);
+        let depth_m = solver.leg_m * (0.07 + 0.11 * speed);
         let push_seconds = push_seconds(speed, depth_m).min(contact_seconds / 2.0);
         // In small hops the legs stay a little bent; strong ones end on tiptoe. The leg has to
         // stretch further while the soles gather speed after take-off.
-        let tiptoe_m = figure.tiptoe_rise_m() * (speed / 2.0).min(1.0);
-        let release_m = (stand_m.min(-figure.drop_for(plan.widest_m)) + tiptoe_m
+        let tiptoe_m = solver.tiptoe_rise_m() * (speed / 2.0).min(1.0);
+        let release_m = (stand_m.min(-solver.drop_for(plan.widest_m)) + tiptoe_m
             - launch_lag_m(speed, launch_seconds))
-        .min(stand_m - MIN_CROUCH * figure.leg_m + sink_m(speed, push_seconds));
+        .min(stand_m - MIN_CROUCH * solver.leg_m + sink_m(speed, push_seconds));
 
         let around = plan.prepare_seconds + SINK_SECONDS + 2.0 * push_seconds + RISE_SECONDS
             - contact_seconds;

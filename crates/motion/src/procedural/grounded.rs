@@ -4,9 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::figure::{Arm, Figure, Sides, Sole, Stance};
+use super::ik::{Arm, IkSolver, Sides, Sole, Stance, StanceAt};
+use super::parameters::{LEAD_SECONDS, Procedural};
 use super::track::{Knot, Track, bump, smooth_step};
-use super::{LEAD_SECONDS, Procedural, StanceAt};
 use crate::MotionError;
 
 /// Length of a step per length of leg.
@@ -19,7 +19,7 @@ const DOUBLE_SUPPORT: f64 = 0.2;
 /// Angle of the sole at heel strike, in radians.
 const HEEL_STRIKE_PITCH: f64 = -0.25;
 
-pub fn walk<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, MotionError> {
+pub fn walk<'a>(motion: &Procedural, solver: &'a IkSolver) -> Result<StanceAt<'a>, MotionError> {
     let tempo_hz = motion.tempo_hz;
     let height_m = motion.height_m;
     let sink_seconds = 0.4;
@@ -27,12 +27,12 @@ pub fn walk<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>,
     let steps = steps.max(2);
     let start = LEAD_SECONDS + sink_seconds;
     let end = start + steps as f64 / tempo_hz;
-    let step_m = STEP_LENGTH * figure.leg_m;
-    let aside_m = 0.09 * figure.leg_m - figure.sole_aside_m();
+    let step_m = STEP_LENGTH * solver.leg_m;
+    let aside_m = 0.09 * solver.leg_m - solver.sole_aside_m();
     let ahead = pelvis_ahead(steps, step_m);
     // Legs apart reach less high.
-    let stand_m = -figure.drop_for(aside_m);
-    let walk_m = stand_m - step_m * step_m / (10.0 * figure.leg_m);
+    let stand_m = -solver.drop_for(aside_m);
+    let walk_m = stand_m - step_m * step_m / (10.0 * solver.leg_m);
     let height = Track::through(&[
         (LEAD_SECONDS, stand_m),
         (start, walk_m),
@@ -68,7 +68,7 @@ pub fn walk<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>,
         Stance {
             pelvis_shift_m: DVec3::new(
                 0.025 * to_left,
-                height.at(time) - VAULT * figure.leg_m * gait * (TAU * phase).cos(),
+                height.at(time) - VAULT * solver.leg_m * gait * (TAU * phase).cos(),
                 ahead.at(phase),
             ),
             pelvis_turn: DVec3::new(0.03 * gait, -0.09 * left_ahead, 0.05 * to_left),
@@ -150,15 +150,15 @@ fn strength(start: f64, end: f64, ramp: f64) -> Track {
     ])
 }
 
-pub fn twist<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, MotionError> {
+pub fn twist<'a>(motion: &Procedural, solver: &'a IkSolver) -> Result<StanceAt<'a>, MotionError> {
     let tempo_hz = motion.tempo_hz;
     let height_m = motion.height_m;
     let period = 1.0 / tempo_hz;
     let cycles = motion.repetitions(period, 2.0 * period, 1)? + 2;
     let (start, end) = (LEAD_SECONDS, LEAD_SECONDS + cycles as f64 * period);
     let strength = strength(start, end, period);
-    let aside_m = 0.2 * figure.leg_m - figure.sole_aside_m();
-    let stand_m = -figure.drop_for(aside_m);
+    let aside_m = 0.2 * solver.leg_m - solver.sole_aside_m();
+    let stand_m = -solver.drop_for(aside_m);
     Ok(Box::new(move |time| {
         let on = strength.at(time);
         let swing = on * (TAU * tempo_hz * (time - start)).sin();
@@ -191,7 +191,7 @@ pub fn twist<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>
 
 pub fn shake_hips<'a>(
     motion: &Procedural,
-    figure: &'a Figure,
+    solver: &'a IkSolver,
 ) -> Result<StanceAt<'a>, MotionError> {
     let tempo_hz = motion.tempo_hz;
     let amplitude_m = motion.height_m;
@@ -199,8 +199,8 @@ pub fn shake_hips<'a>(
     let cycles = motion.repetitions(period, 2.0 * period, 1)? + 2;
     let (start, end) = (LEAD_SECONDS, LEAD_SECONDS + cycles as f64 * period);
     let strength = strength(start, end, period);
-    let aside_m = 0.2 * figure.leg_m - figure.sole_aside_m();
-    let stand_m = -figure.drop_for(aside_m);
+    let aside_m = 0.2 * solver.leg_m - solver.sole_aside_m();
+    let stand_m = -solver.drop_for(aside_m);
     // Room for the leg that the pelvis moves away from.
     let sink_m = 0.03 + 0.5 * amplitude_m;
     Ok(Box::new(move |time| {

@@ -3,21 +3,21 @@
 use glam::DVec3;
 
 use super::bounce::{Bounce, BouncePlan};
-use super::figure::{Arm, Figure, Sides, Sole, Stance};
+use super::ik::{Arm, IkSolver, Sides, Sole, Stance, StanceAt};
+use super::parameters::{LEAD_SECONDS, Procedural};
 use super::track::{Track, bump, smooth_step};
-use super::{LEAD_SECONDS, Procedural, StanceAt};
 use crate::MotionError;
 
 /// Distance of each sole from the midline in metres, per metre of leg.
 const STANCE_ASIDE: f64 = 0.15;
 
 /// Shift of the soles from the rest pose that puts them at `aside_m` from the midline.
-fn aside_shift_m(figure: &Figure, aside_m: f64) -> f64 {
-    aside_m - figure.sole_aside_m()
+fn aside_shift_m(solver: &IkSolver, aside_m: f64) -> f64 {
+    aside_m - solver.sole_aside_m()
 }
 
-fn plan(motion: &Procedural, figure: &Figure) -> BouncePlan {
-    let sole_aside_m = aside_shift_m(figure, STANCE_ASIDE * figure.leg_m);
+fn plan(motion: &Procedural, solver: &IkSolver) -> BouncePlan {
+    let sole_aside_m = aside_shift_m(solver, STANCE_ASIDE * solver.leg_m);
     BouncePlan {
         period_seconds: 1.0 / motion.tempo_hz,
         prepare_seconds: 0.0,
@@ -52,9 +52,9 @@ fn both_soles(bounce: &Bounce, time: f64, aside_m: f64, tuck_m: f64) -> Sides<So
     }
 }
 
-pub fn jump<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, MotionError> {
-    let plan = plan(motion, figure);
-    let bounce = Bounce::new(motion, figure, &plan)?;
+pub fn jump<'a>(motion: &Procedural, solver: &'a IkSolver) -> Result<StanceAt<'a>, MotionError> {
+    let plan = plan(motion, solver);
+    let bounce = Bounce::new(motion, solver, &plan)?;
     // Arms swing back while sinking and up through the push.
     let mut swing = vec![(LEAD_SECONDS, 0.0)];
     for flight in &bounce.flights {
@@ -117,9 +117,9 @@ fn bent_arms(bounce: &Bounce, engagement: f64, time: f64) -> Sides<Arm> {
     }
 }
 
-pub fn hop<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, MotionError> {
-    let plan = plan(motion, figure);
-    let bounce = Bounce::new(motion, figure, &plan)?;
+pub fn hop<'a>(motion: &Procedural, solver: &'a IkSolver) -> Result<StanceAt<'a>, MotionError> {
+    let plan = plan(motion, solver);
+    let bounce = Bounce::new(motion, solver, &plan)?;
     let engagement = bounce.engagement();
     Ok(Box::new(move |time| Stance {
         soles: both_soles(&bounce, time, plan.sole_aside_m, 0.0),
@@ -130,14 +130,14 @@ pub fn hop<'a>(motion: &Procedural, figure: &'a Figure) -> Result<StanceAt<'a>, 
 
 pub fn one_leg_hop<'a>(
     motion: &Procedural,
-    figure: &'a Figure,
+    solver: &'a IkSolver,
 ) -> Result<StanceAt<'a>, MotionError> {
     let prepare_seconds = 0.9;
     let plan = BouncePlan {
         prepare_seconds,
-        ..plan(motion, figure)
+        ..plan(motion, solver)
     };
-    let bounce = Bounce::new(motion, figure, &plan)?;
+    let bounce = Bounce::new(motion, solver, &plan)?;
     let engagement = bounce.engagement();
     let start = LEAD_SECONDS;
     // The weight goes over the left foot, then the right one lifts; at the end the reverse.
@@ -153,8 +153,8 @@ pub fn one_leg_hop<'a>(
         (bounce.last_bottom + 0.1, 1.0),
         (bounce.end, 0.0),
     ]);
-    let over_foot_m = 0.85 * (figure.sole_aside_m() + plan.sole_aside_m);
-    let leg_m = figure.leg_m;
+    let over_foot_m = 0.85 * (solver.sole_aside_m() + plan.sole_aside_m);
+    let leg_m = solver.leg_m;
     Ok(Box::new(move |time| {
         let mut stance = crouching(&bounce, time);
         let (weight, lifted) = (weight.at(time), lifted.at(time));
@@ -180,17 +180,17 @@ pub fn one_leg_hop<'a>(
 
 pub fn jumping_jacks<'a>(
     motion: &Procedural,
-    figure: &'a Figure,
+    solver: &'a IkSolver,
 ) -> Result<StanceAt<'a>, MotionError> {
     let period_seconds = 0.5 / motion.tempo_hz;
-    let wide_m = aside_shift_m(figure, 0.42 * figure.leg_m);
+    let wide_m = aside_shift_m(solver, 0.42 * solver.leg_m);
     let plan = BouncePlan {
         period_seconds,
         widest_m: wide_m,
         multiple: 2,
-        ..plan(motion, figure)
+        ..plan(motion, solver)
     };
-    let bounce = Bounce::new(motion, figure, &plan)?;
+    let bounce = Bounce::new(motion, solver, &plan)?;
     let mut legs = Vec::new();
     let mut arms = Vec::new();
     for (idx, flight) in bounce.flights.iter().enumerate() {
@@ -227,13 +227,13 @@ pub fn jumping_jacks<'a>(
 
 pub fn run_in_place<'a>(
     motion: &Procedural,
-    figure: &'a Figure,
+    solver: &'a IkSolver,
 ) -> Result<StanceAt<'a>, MotionError> {
     let plan = BouncePlan {
         multiple: 2,
-        ..plan(motion, figure)
+        ..plan(motion, solver)
     };
-    let bounce = Bounce::new(motion, figure, &plan)?;
+    let bounce = Bounce::new(motion, solver, &plan)?;
     let engagement = bounce.engagement();
     // Even flights leave from the left foot and land on the right one. The right foot lifts before
     // the first, the left one comes down after standing up from the last, which is odd.
@@ -253,7 +253,7 @@ pub fn run_in_place<'a>(
         left: swing_track(&left),
         right: swing_track(&right),
     };
-    let lift_m = 0.3 * figure.leg_m;
+    let lift_m = 0.3 * solver.leg_m;
     Ok(Box::new(move |time| {
         let mut stance = crouching(&bounce, time);
         let (left, right) = (swings.left.at(time), swings.right.at(time));

@@ -3,10 +3,11 @@
 
 use glam::{DQuat, DVec3, DVec4};
 
-use super::Source;
+use super::skeleton::Source;
 
-/// Frames looked at, at most.
+/// Frames looked at, at most; and joints of them all, for the memory of rigs with thousands.
 const MAX_FRAMES: usize = 400;
+const MAX_JOINTS: usize = 400_000;
 
 /// A knee or an elbow bends at least by this sine in the frames that count: straight ones are a few
 /// degrees off to the side, which tells nothing.
@@ -33,7 +34,8 @@ pub struct Hinge {
 impl Evidence {
     pub fn new(source: &Source<'_>) -> Self {
         let count = source.motion.frame_count();
-        let frames = (0..count).step_by(count.div_ceil(MAX_FRAMES).max(1));
+        let most = MAX_FRAMES.min(MAX_JOINTS / source.motion.joint_count().max(1));
+        let frames = (0..count).step_by(count.div_ceil(most.max(1)).max(1));
         Self {
             frames: frames.map(|frame| source.world(frame)).collect(),
         }

@@ -149,6 +149,37 @@ impl Mapping {
         }
     }
 
+    /// Whether each source joint turns one of the body's or carries one that does.
+    fn used(&self, motion: &dyn SourceMotion) -> Vec<bool> {
+        let mut is_used = vec![false; motion.joint_count()];
+        for drive in self.drives {
+            match drive {
+                Drive::Joint(source) => is_used[source] = true,
+                Drive::Between(low, high, _) => {
+                    is_used[low] = true;
+                    is_used[high] = true;
+                }
+                Drive::Parent => {}
+            }
+        }
+        // Parents come before their children.
+        for joint in (0..motion.joint_count()).rev() {
+            if let (true, Some(parent)) = (is_used[joint], motion.parent(joint)) {
+                is_used[parent] = true;
+            }
+        }
+        is_used
+    }
+
+    /// The source joints without which no pose is known, ascending: the first, and those that turn the
+    /// body's or carry one that does.
+    pub fn needed(&self, motion: &dyn SourceMotion) -> Vec<usize> {
+        let used = self.used(motion).into_iter().enumerate();
+        used.filter(|(joint, is_used)| *joint == 0 || *is_used)
+            .map(|(joint, _)| joint)
+            .collect()
+    }
+
     /// The source joint of `joint`, if one alone turns it.
     pub fn source(&self, joint: Joint) -> Option<usize> {
         match self.drives[joint as usize] {
@@ -311,23 +342,7 @@ impl JointReport {
             }
             Drive::Parent => None,
         };
-        let mut is_used = vec![false; motion.joint_count()];
-        for drive in mapping.drives {
-            match drive {
-                Drive::Joint(source) => is_used[source] = true,
-                Drive::Between(low, high, _) => {
-                    is_used[low] = true;
-                    is_used[high] = true;
-                }
-                Drive::Parent => {}
-            }
-        }
-        // Parents come before their children.
-        for joint in (0..motion.joint_count()).rev() {
-            if let (true, Some(parent)) = (is_used[joint], motion.parent(joint)) {
-                is_used[parent] = true;
-            }
-        }
+        let is_used = mapping.used(motion);
         Self {
             mapped: Joint::ALL
                 .into_iter()

@@ -3,8 +3,8 @@
 //!
 //! A name tells little for sure: `shoulder` is the collar of Mixamo and the shoulder of SMPL, `hip`
 //! is a pelvis or the top of a thigh, `leg` a shin or a whole leg. So every joint gets a weight for
-//! each part that its name may mean, and of all chains from the trunk outwards the one with the
-//! largest sum is taken: a joint that lies on the chain wins over one that stands beside it.
+//! each part that its name may mean. Of all chains from the trunk outwards, the one with the
+//! largest sum is taken: a joint on the chain wins over one beside it.
 
 use dynaskin_body::{JOINT_COUNT, Joint};
 use glam::DVec3;

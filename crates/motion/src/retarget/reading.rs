@@ -5,6 +5,8 @@ use super::vocabulary::{Part, Side, is_aside, is_silent, meanings, side_of, spli
 
 /// What a word loses for each other word beside it of which nothing is known.
 const UNKNOWN_WORD: f64 = 0.15;
+/// Letters of a name that means something, at most.
+const MOST_LETTERS: usize = 200;
 /// Words that mean something together, at most: `left upper leg joint one`.
 const MOST_WORDS: usize = 4;
 
@@ -112,6 +114,12 @@ fn shared_start(names: &mut [Vec<char>]) -> Vec<char> {
 }
 
 fn reading(name: &str) -> Reading {
+    if name.len() > MOST_LETTERS {
+        return Reading {
+            side: Side::Middle,
+            parts: Vec::new(),
+        };
+    }
     let mut words = words(name);
     let side = words
         .iter()

@@ -3,8 +3,8 @@
 use dynaskin_body::Joint;
 use glam::DVec3;
 
-use super::Source;
 use super::evidence::{Evidence, World, bone};
+use super::skeleton::Source;
 
 /// Where a person faces, judged by the body against the names of its sides.
 pub enum Facing {

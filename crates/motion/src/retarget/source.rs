@@ -1,7 +1,16 @@
 //! What retargeting asks of a file's motion.
 
 use dynaskin_body::Joint;
-use glam::{DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
+
+/// World rotations and positions of joints at a frame, in memory that one frame leaves to the next.
+#[derive(Clone, Debug, Default)]
+pub struct World {
+    /// Rotation from the rest pose and position of each joint.
+    pub joints: Vec<(DQuat, DVec3)>,
+    /// What readers keep beside it.
+    pub(crate) affine: Vec<DAffine3>,
+}
 
 /// A moving skeleton as a file describes it, in the file's unit of length and axes.
 pub trait SourceMotion {
@@ -34,4 +43,11 @@ pub trait SourceMotion {
 
     /// Rotation from the rest pose and position of every joint at a frame, in the file's world.
     fn world_joints(&self, frame: usize) -> Vec<(DQuat, DVec3)>;
+
+    /// As [`Self::world_joints`] for some joints: `joints` are ascending, each with all its ancestors.
+    /// What stands in `world` for others means nothing.
+    fn world_of(&self, frame: usize, joints: &[usize], world: &mut World) {
+        let _ = joints;
+        world.joints = self.world_joints(frame);
+    }
 }

@@ -3,7 +3,7 @@
 use dynaskin_body::Joint;
 use glam::{DQuat, DVec3};
 
-use super::Source;
+use super::skeleton::Source;
 
 /// Frames looked at, at most.
 const MAX_FRAMES: usize = 50;
@@ -125,9 +125,9 @@ const OTHER_AXES: [Axis; 5] = [
     },
 ];
 
-/// The rotation that takes a file's up to +Y, and what is to be said of it: +Y is up, unless the body
-/// stands along another axis throughout and either its zero pose does, too, or its ankles are where a
-/// floor through the origin wants them.
+/// The rotation that takes a file's up to +Y, and what is to be said of it. +Y is up, unless the body
+/// stands along another axis throughout. Then its zero pose must do so too, or its ankles must be
+/// where a floor through the origin wants them.
 pub fn find_up(source: &Source<'_>) -> (DQuat, Option<&'static str>) {
     let stance = Stance::new(source);
     let along = OTHER_AXES

@@ -2,9 +2,9 @@
 //!
 //! The features are second differences. Between straight segments from pose to pose all
 //! acceleration would sit in the corners: at 24 Hz, ticks would see 0, 0, then two and a half
-//! times the acceleration. So the way is a cubic in Hermite's form, whose velocity at each pose is
-//! that of the parabola through this pose and the two before it: exact where the acceleration is
-//! constant, without a jump of the velocity at the poses, and no pose of the future is needed.
+//! times the acceleration. So the path is a cubic in Hermite's form. Its velocity at each pose is
+//! that of the parabola through this pose and the two before it. It is exact where the acceleration is
+//! constant, its velocity does not jump at the poses, and no pose of the future is needed.
 
 use dynaskin_skeleton::{JOINT_COUNT, Pose, rotation_vector};
 use glam::{DQuat, DVec3};

@@ -13,9 +13,9 @@
 //!
 //! whose zeros take away the region's own swing and whose poles put the new one in its place. At k
 //! = c = 1 it is the identity; slow offsets, such as those of gravity, come out divided by k; fast
-//! ones, against which springs can do nothing, come out as they were. Its poles lie in the left
-//! half plane for all k, c > 0, and `z = exp(s T)` maps them into the unit circle, so it is stable
-//! for every setting. ω and ζ are measured on the model at hand ([`Mode`]).
+//! ones, against which springs can do nothing, come out as they were. It is stable
+//! for every setting: its poles lie in the left half plane for all k, c > 0, and `z = exp(s T)`
+//! maps them into the unit circle. ω and ζ are measured on the model at hand ([`Mode`]).
 //!
 //! What it is not: a second simulation. Each region counts as one oscillator, so where tissue swings
 //! in several ways at once, and far from rest, where it stiffens, the result is an approximation.

@@ -12,9 +12,8 @@ use crate::contact::ContactSurface;
 /// columns become prisms, each split into three tetrahedra.
 ///
 /// The elastic energy per volume is a neo-Hookean one (Macklin & Müller 2021, "A constraint-based
-/// formulation of stable neo-Hookean materials") in `F = I + grad d`, where d is the displacement
-/// from the skinned surface and the gradient is taken in the rest shape rotated with the bones. It
-/// is `G/2 (i + k i²/2) - G (J - 1) + B/2 (J - 1)²` with `i = tr(FᵀF) - 3`, J the volume ratio, k
+/// formulation of stable neo-Hookean materials") in `F = I + grad d`. d is the displacement from the
+/// skinned surface; the gradient is taken in the rest shape rotated with the bones. The energy is `G/2 (i + k i²/2) - G (J - 1) + B/2 (J - 1)²` with `i = tr(FᵀF) - 3`, J the volume ratio, k
 /// the stiffening and B the larger of `bulk_ratio` · G and `least_bulk_pa`. At small strain G is
 /// the shear modulus and B - G Lamé's first parameter. It is exactly at rest at d = 0.
 #[derive(Clone, Debug)]

@@ -50,9 +50,9 @@ export function restOffsetM(jointsM: Float32Array, joint: number): [number, numb
 }
 
 /**
- * Radius of a sphere around the pelvis that holds the body in every pose, metres: the longest chain
- * of bones, and from its end as far as any skin is from its nearest joint, twice over for skin that
- * follows another joint than the nearest.
+ * Radius of a sphere around the pelvis that holds the body in every pose, in metres. It is the longest
+ * chain of bones, and twice the largest distance of skin from its nearest joint: skin may follow
+ * another joint than the nearest.
  */
 export function reachM(positions: Float32Array, jointsM: Float32Array): number {
   const chains: number[] = [];

@@ -11,7 +11,6 @@ import {
 import type { Detail } from "../detail.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "../pose.js";
 import type { PoseSource } from "../pose-source.js";
-import type { WorkerCrowd } from "./crowd.js";
 import type { Link } from "./link.js";
 import {
   AVATAR_SETTINGS,
@@ -73,7 +72,7 @@ export class WorkerAvatar
   #shown: Shown;
   #spare: SurfaceArrays | null = null;
   #timings: StepTimings | null = null;
-  readonly #crowds = new Set<WorkerCrowd>();
+  readonly #crowds = new Set<Remote<unknown, object>>();
 
   static {
     for (const [name, { check, silent }] of Object.entries<AnySetting>(AVATAR_SETTINGS)) {
@@ -262,7 +261,7 @@ export class WorkerAvatar
   }
 
   /** @internal Whose steps move it as well. */
-  get crowds(): Set<WorkerCrowd> {
+  get crowds(): Set<Remote<unknown, object>> {
     return this.#crowds;
   }
 

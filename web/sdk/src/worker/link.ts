@@ -1,6 +1,5 @@
 // The page's end of a worker: calls and their answers, and when to give it up.
 import { DynaSkinError } from "../error.js";
-import type { Progress } from "../source.js";
 import type { Calls, Message, Request } from "./protocol.js";
 import { brokenWorker, silentWorker } from "./refusals.js";
 
@@ -21,6 +20,9 @@ export class Refusal extends DynaSkinError {
   }
 }
 
+/** What a worker says of itself while it works. */
+export type News = Extract<Message, { type: "progress" | "read" }>;
+
 /** Who waits for an answer. */
 interface Waiting {
   resolve: (back: never) => void;
@@ -35,23 +37,25 @@ export class Link {
   #lastId = 0;
   #timer: ReturnType<typeof setInterval> | null = null;
   #silentLooks = 0;
-  #closedBy: unknown = null;
+  /** Why it is closed; a reason may be anything, also null. */
+  #closed: { reason: unknown } | null = null;
 
-  constructor(worker: Worker, timeoutMs: number, onProgress: (progress: Progress) => void) {
+  /** `onNews` is told how far the worker is; what it throws closes the link. */
+  constructor(worker: Worker, timeoutMs: number, onNews: (news: News) => void) {
     this.#worker = worker;
     this.#timeoutMs = timeoutMs;
     worker.onerror = (event) => this.close(brokenWorker(event));
     worker.onmessageerror = (event) => this.close(brokenWorker(event));
     worker.onmessage = ({ data }: MessageEvent<Message>) => {
       this.#silentLooks = 0;
-      if (data.type === "progress") this.#report(onProgress, data.progress);
+      if (data.type === "progress" || data.type === "read") this.#report(onNews, data);
       else if (data.type !== "alive") this.#receive(data);
     };
   }
 
   /** Throws why the worker is gone, if it is. */
   assertOpen(): void {
-    if (this.#closedBy !== null) throw this.#closedBy;
+    if (this.#closed) throw this.#closed.reason;
   }
 
   /** A number for an object of the worker, or for a call. */
@@ -82,7 +86,7 @@ export class Link {
 
   /** Ends the worker; who waits, and who asks from now on, gets `reason`. */
   close(reason: unknown): void {
-    this.#closedBy = reason;
+    this.#closed ??= { reason };
     if (this.#timer !== null) clearInterval(this.#timer);
     this.#timer = null;
     this.#worker.terminate();
@@ -108,9 +112,9 @@ export class Link {
     else waiting?.resolve(message.back as never);
   }
 
-  #report(onProgress: (progress: Progress) => void, progress: Progress): void {
+  #report(onNews: (news: News) => void, news: News): void {
     try {
-      onProgress(progress);
+      onNews(news);
     } catch (error) {
       this.close(error);
     }

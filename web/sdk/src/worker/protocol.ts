@@ -3,6 +3,7 @@ import type { Avatar, StepTimings } from "../avatar.js";
 import type { Bundle } from "../bundle.js";
 import type { Crowd, CrowdReport } from "../crowd.js";
 import { checkDistance, type Detail, detailIndex } from "../detail.js";
+import type { fileArguments, MotionReading } from "../motion.js";
 import { poseSourceIndex } from "../pose-source.js";
 import type { Progress } from "../source.js";
 import { checkScale } from "./refusals.js";
@@ -85,6 +86,17 @@ export interface Calls {
     sent: { model: string; wasm?: string | ArrayBuffer | WebAssembly.Module; aliveEveryMs: number };
     back: Bundle;
   };
+  /** Reads a motion file; says on the way how far it is. It needs no model. */
+  readMotion: {
+    sent: {
+      file: Blob | Uint8Array;
+      restJointsM: Float32Array;
+      how: ReturnType<typeof fileArguments>;
+      wasm?: string | ArrayBuffer | WebAssembly.Module;
+      aliveEveryMs: number;
+    };
+    back: MotionReading;
+  };
   /** Makes an avatar and calls it `target`. */
   createAvatar: {
     sent: { target: number; shape?: number[] };
@@ -133,6 +145,7 @@ export type Request = {
 export type Message =
   | { type: "alive" }
   | { type: "progress"; progress: Progress }
+  | { type: "read"; fraction: number }
   | { type: "answer"; id: number; back: unknown }
   | { type: "refusal"; id: number; code: string; message: string; settings?: object };
 

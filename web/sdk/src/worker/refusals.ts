@@ -11,6 +11,14 @@ const DAY_SECONDS = 86_400;
 /** Why a worker did not start, or stopped. */
 export function brokenWorker(reason: unknown, options?: ErrorOptions): DynaSkinError {
   const message = (reason as { message?: unknown } | null)?.message ?? "";
+  if (/TrustedScript/.test(String(message))) {
+    return new DynaSkinError(
+      "worker",
+      "The page's content security policy asks for Trusted Types: give the worker's address as a " +
+        `TrustedScriptURL (workerScript), or the worker itself (createWorker). ${message}`,
+      options,
+    );
+  }
   return new DynaSkinError(
     "worker",
     "The worker could not be started, or stopped. The page's content security policy must allow " +

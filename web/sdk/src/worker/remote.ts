@@ -1,15 +1,21 @@
 // What avatars and crowds in a worker have in common: changes, steps, and their answers.
 import type { DynaSkinError } from "../error.js";
 import { POSE_LENGTH, type Pose } from "../pose.js";
-import type { WorkerAvatar } from "./avatar.js";
 import { type Link, Refusal } from "./link.js";
-import { buffersOf, type Doing, type State, type Stepped } from "./protocol.js";
+import { buffersOf, type Doing, type State, type Stepped, type SurfaceArrays } from "./protocol.js";
 import { disposed } from "./refusals.js";
 
 /** Who waits until everything is answered. */
 interface Waiting {
   resolve: () => void;
   reject: (error: unknown) => void;
+}
+
+/** @internal An avatar, as a step of the object that it belongs to moves it. */
+export interface Member {
+  readonly id: number;
+  takeSpare(): SurfaceArrays;
+  receiveStep(stepped: Stepped, idx: number): void;
 }
 
 /**
@@ -48,7 +54,7 @@ export abstract class Remote<Target, Settings extends object> {
   }
 
   /** @internal The avatars that a step moves, in the order of its poses. */
-  protected abstract members(): readonly WorkerAvatar[];
+  protected abstract members(): readonly Member[];
 
   /** @internal Takes over what came with an answer, but for the settings. */
   protected abstract receive(answer: Partial<Stepped> & Pick<State<Settings>, "shown">): void;

@@ -1,9 +1,11 @@
 // The worker's side: a model of its own core, and what the page makes from it.
 import type { Avatar } from "../avatar.js";
+import { startCore } from "../core.js";
 import { Crowd } from "../crowd.js";
 import { toDynaSkinError } from "../error.js";
 import { load } from "../load.js";
 import type { Model } from "../model.js";
+import type { MotionReading } from "../motion.js";
 import { POSE_LENGTH } from "../pose.js";
 import {
   AVATAR_SETTINGS,
@@ -42,6 +44,24 @@ const ANSWERS: {
         scope.postMessage({ type: "progress", progress }, []);
       loaded = await load({ model, ...(wasm && { wasm }), onProgress });
       return loaded.bundle;
+    } finally {
+      clearInterval(alive);
+    }
+  },
+
+  async readMotion({ file, restJointsM, how, wasm, aliveEveryMs }, transfer) {
+    const alive = setInterval(() => scope.postMessage({ type: "alive" }, []), aliveEveryMs);
+    try {
+      const bytes = file instanceof Blob ? new Uint8Array(await file.arrayBuffer()) : file;
+      const core = await startCore(wasm);
+      const tell = (fraction: number) => scope.postMessage({ type: "read", fraction }, []);
+      return core.guard(() => {
+        const raw = core.glue.CoreMotion.readFile(bytes, restJointsM, ...how, tell);
+        const poses = raw.poses();
+        transfer.push(poses.buffer);
+        const jointReport = raw.jointReport() as MotionReading["jointReport"];
+        return { name: raw.name, poses, jointReport, notes: raw.notes };
+      });
     } finally {
       clearInterval(alive);
     }
@@ -98,7 +118,13 @@ scope.addEventListener("message", ({ data }) => {
     const { code, message } = toDynaSkinError(error);
     const object = "target" in sent ? objects.get(sent.target) : undefined;
     const settings = object && settingsIfSound(object);
-    scope.postMessage({ type: "refusal", id, code, message, ...(settings && { settings }) }, []);
+    const refusal: Message = { type: "refusal", id, code, message };
+    try {
+      scope.postMessage({ ...refusal, ...(settings && { settings }) }, []);
+    } catch {
+      // What cannot be sent must not leave the page waiting.
+      scope.postMessage(refusal, []);
+    }
   });
 });
 

@@ -140,9 +140,9 @@ impl Builder<'_> {
         roll * DQuat::from_rotation_arc(out, bone) * (-DVec3::Y * side.sign())
     }
 
-    /// By how much the axis of elbows is drawn rolled about the upper arm, in radians: CMU's skeletons
-    /// (known by the joints between pelvis and legs, which only they have) turn it by 30 degrees, all
-    /// others draw elbows of a T-pose to bend straight ahead.
+    /// By how much the axis of elbows is drawn rolled about the upper arm, in radians. CMU's skeletons
+    /// turn it by 30 degrees; they alone have joints between pelvis and legs. All others draw the
+    /// elbows of a T-pose to bend straight ahead.
     fn elbow_roll(&self) -> f64 {
         let motion = self.source.motion;
         let has = |wanted: &str| {

@@ -20,6 +20,8 @@ const MOST_TOES_DOWN: f64 = 0.45;
 const DRAWN_TOES: std::ops::Range<f64> = 40.0..95.0;
 /// The end of a foot's bone is where toes are if it is this far from the shin, in radians, on average.
 const TOES_FROM_SHIN: f64 = 0.5;
+/// A sole is drawn flat on the floor if the shin stands on it within these degrees.
+const STANDING_SHIN: f64 = 30.0;
 /// Feet without toes are drawn across the shin within these degrees.
 const SOLE_TILT: f64 = 25.0;
 /// Toes point where the knee does within these degrees.
@@ -127,12 +129,15 @@ impl Builder<'_> {
     ) -> DQuat {
         let [knee, ankle, foot] =
             [Joint::LeftKnee, Joint::LeftAnkle, Joint::LeftFoot].map(|of| side.of(of));
+        let trunk_up = alignment.of(Joint::Pelvis) * DVec3::Y;
+        let along_shin = -self
+            .zero_bone(knee, ankle)
+            .unwrap_or_default()
+            .normalize_or(-DVec3::Y);
+        let stands = degrees(along_shin, trunk_up) < STANDING_SHIN;
         let up = match reference {
-            SoleReference::Floor => alignment.of(Joint::Pelvis) * DVec3::Y,
-            SoleReference::Shin => -self
-                .zero_bone(knee, ankle)
-                .unwrap_or_default()
-                .normalize_or(-DVec3::Y),
+            SoleReference::Floor if stands => trunk_up,
+            SoleReference::Floor | SoleReference::Shin => along_shin,
         };
         let trunk_ahead = alignment.of(Joint::Pelvis) * DVec3::Z;
         let ahead = self

@@ -15,8 +15,8 @@ mod twist;
 use dynaskin_body::{JOINT_COUNT, Joint};
 use glam::{DQuat, DVec3};
 
-use super::Source;
 use super::evidence::Evidence;
+use super::skeleton::Source;
 use crate::MotionError;
 pub use feet::SoleReference;
 

@@ -1,4 +1,4 @@
-//! A body that is told where its pelvis, soles and arms are, and finds the pose.
+//! From places of pelvis and soles and angles of the arms to a pose: inverse kinematics.
 
 use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use glam::{DMat3, DQuat, DVec3, Vec3};
@@ -57,17 +57,20 @@ pub struct Stance {
     pub arms: Sides<Arm>,
 }
 
-/// Measures of a body in the rest pose.
-pub struct Figure {
+/// What the body does at a time in seconds.
+pub type StanceAt<'a> = Box<dyn Fn(f64) -> Stance + 'a>;
+
+/// Inverse kinematics over a body's measures in the rest pose.
+pub struct IkSolver {
     rest_m: [DVec3; JOINT_COUNT],
     /// Length of thigh and shin of the left leg, in metres.
     pub leg_m: f64,
-    /// How far the pelvis of the standing figure is below the rest pose, in metres: the knees are
+    /// How far the pelvis of the standing body is below the rest pose, in metres: the knees are
     /// not locked.
     pub stand_drop_m: f64,
 }
 
-impl Figure {
+impl IkSolver {
     pub fn new(rest_m: &[Vec3; JOINT_COUNT]) -> Result<Self, MotionError> {
         let rest_m = rest_m.map(|joint| joint.as_dvec3());
         let [hip, knee, ankle, ball] = [
@@ -90,13 +93,13 @@ impl Figure {
                 problem: "expected a standing person in metres, +Y up, facing +Z".to_owned(),
             });
         }
-        let mut figure = Self {
+        let mut solver = Self {
             rest_m,
             leg_m,
             stand_drop_m: 0.0,
         };
-        figure.stand_drop_m = figure.drop_for(0.0);
-        Ok(figure)
+        solver.stand_drop_m = solver.drop_for(0.0);
+        Ok(solver)
     }
 
     /// How far the pelvis has to sink below the rest pose for a leg to stay within the reach of a

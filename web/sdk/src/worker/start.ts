@@ -1,0 +1,117 @@
+// How a worker starts, with or without a model.
+import { checkCallback, checkSignal } from "../check.js";
+import { DynaSkinError } from "../error.js";
+import { Link, type News } from "./link.js";
+import { brokenWorker, checkTimeout } from "./refusals.js";
+
+/**
+ * A `TrustedScriptURL`, as the page's policy makes it of the address of `dynaskin/worker/thread`. Not
+ * every TypeScript knows that type.
+ */
+export interface TrustedScriptAddress {
+  toString(): string;
+}
+
+/** How a worker starts, and when it counts as lost. */
+export interface ThreadOptions {
+  /** The WebAssembly file, where the bundler cannot find it. */
+  wasm?: string | URL | ArrayBuffer | WebAssembly.Module;
+  /** Makes the worker, where the bundler cannot find `dynaskin/worker/thread`. It is ours from then on. */
+  createWorker?: () => Worker;
+  /**
+   * The address of `dynaskin/worker/thread` as the page serves it, where the page's content security
+   * policy has `require-trusted-types-for 'script'`: a `TrustedScriptURL` of your own policy. In place
+   * of `createWorker`.
+   */
+  workerScript?: TrustedScriptAddress;
+  /**
+   * For how many milliseconds the worker may be silent while an answer is due; then it is ended, and
+   * all that waits is rejected with the code `worker`. Browsers do not tell when a worker was
+   * terminated or ran out of memory, so this is how long it takes until that is noticed, and up to a
+   * quarter more. If left out 30,000; `Infinity` waits for ever. While it loads, the worker says that it
+   * is alive, so a slow download is no silence; time in which the page stands still does not count.
+   */
+  timeoutMs?: number;
+  /** Ends the worker while it loads or reads; the promise then rejects with the signal's reason. */
+  signal?: AbortSignal;
+}
+
+const DEFAULT_TIMEOUT_MS = 30_000;
+
+/** A worker that loads says that it is alive so often, or more often where its page is impatient. */
+const ALIVE_EVERY_MS = 1000;
+
+/** Refuses options before anything starts. */
+export function checkThread(options: ThreadOptions): void {
+  const { signal, createWorker, workerScript, timeoutMs = DEFAULT_TIMEOUT_MS } = options;
+  checkSignal(signal);
+  checkCallback("createWorker", createWorker);
+  if (createWorker !== undefined && workerScript !== undefined) {
+    throw new DynaSkinError("argument", "Give createWorker or workerScript, not both of them.");
+  }
+  checkTimeout(timeoutMs);
+  signal?.throwIfAborted();
+}
+
+/** Starts a worker; `onNews` is told how far it is. */
+export function startThread(options: ThreadOptions, onNews: (news: News) => void): Link {
+  const { createWorker, workerScript, timeoutMs = DEFAULT_TIMEOUT_MS } = options;
+  return new Link(startWorker(createWorker, workerScript), timeoutMs, onNews);
+}
+
+/** Closes the link when the signal is aborted while `work` is being done. */
+export async function untilAborted<T>(
+  link: Link,
+  signal: AbortSignal | undefined,
+  work: () => Promise<T>,
+): Promise<T> {
+  const onAbort = () => link.close(signal?.reason);
+  signal?.addEventListener("abort", onAbort);
+  try {
+    return await work();
+  } finally {
+    signal?.removeEventListener("abort", onAbort);
+  }
+}
+
+/** What a worker is told of its page. */
+export function threadNeeds({ wasm, timeoutMs = DEFAULT_TIMEOUT_MS }: ThreadOptions): {
+  wasm?: string | ArrayBuffer | WebAssembly.Module;
+  aliveEveryMs: number;
+} {
+  const aliveEveryMs = Math.min(ALIVE_EVERY_MS, timeoutMs / 4);
+  if (!wasm) return { aliveEveryMs };
+  const isAddress = wasm instanceof URL || typeof wasm === "string";
+  return { aliveEveryMs, wasm: isAddress ? absolute(wasm) : wasm };
+}
+
+function startWorker(
+  create: (() => Worker) | undefined,
+  script: TrustedScriptAddress | undefined,
+): Worker {
+  if (create) return create();
+  if (typeof Worker !== "function") {
+    throw new DynaSkinError("worker", "There are no web workers here; use load() instead.");
+  }
+  try {
+    if (script !== undefined) return new Worker(script as string, { type: "module" });
+    // In one piece, because bundlers look for exactly this.
+    return new Worker(new URL("./thread.js", import.meta.url), { type: "module" });
+  } catch (cause) {
+    throw brokenWorker(cause, { cause });
+  }
+}
+
+/** A worker's relative addresses count from its own file, the caller's from the page. */
+export function absolute(address: string | URL): string {
+  const { document } = globalThis as { document?: { baseURI: string } };
+  try {
+    return new URL(address, document?.baseURI).href;
+  } catch (cause) {
+    throw new DynaSkinError(
+      "argument",
+      `"${address}" is no address; outside a page it must be a full one, such as file:///models/female/.`,
+      { cause },
+    );
+  }
+}
