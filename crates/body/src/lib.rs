@@ -29,9 +29,7 @@ pub use model::{
     BodyModel, LEAST_THICKNESS_M, MAX_EXTENT_M, MAX_SHAPE_COEFFICIENT, SHAPE_COUNT,
     SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
 };
-pub use normals::{
-    add_face_normals, add_face_normals_aligned, vertex_normals, vertex_normals_into,
-};
+pub use normals::{add_face_normals, vertex_normals, vertex_normals_into};
 pub use parts::PARTS;
 pub use region::{REGION_COUNT, Region};
 pub use sex::Sex;

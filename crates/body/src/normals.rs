@@ -1,6 +1,6 @@
 //! Area-weighted vertex normals.
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 
 /// Unit normals per vertex, the sum of the adjacent faces' area vectors; +Y where a vertex has no
 /// area around it.
@@ -27,18 +27,6 @@ pub fn vertex_normals_into(positions_m: &[Vec3], faces: &[[u32; 3]], normals: &m
 /// # Panics
 /// When a face names a vertex that does not exist.
 pub fn add_face_normals(faces: &[[u32; 3]], positions_m: &[Vec3], sums: &mut [Vec3]) {
-    for face in faces {
-        let [a, b, c] = face.map(|v| v as usize);
-        let origin_m = positions_m[a];
-        let area = (positions_m[b] - origin_m).cross(positions_m[c] - origin_m);
-        sums[a] += area;
-        sums[b] += area;
-        sums[c] += area;
-    }
-}
-
-/// As [`add_face_normals`], over vectors that a processor loads, crosses and stores in one piece.
-pub fn add_face_normals_aligned(faces: &[[u32; 3]], positions_m: &[Vec3A], sums: &mut [Vec3A]) {
     for face in faces {
         let [a, b, c] = face.map(|v| v as usize);
         let origin_m = positions_m[a];

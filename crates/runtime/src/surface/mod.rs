@@ -1,13 +1,16 @@
 //! The deformed rest surface: offsets scattered over the body's vertices, and normals.
 
 mod normals;
+mod offsets;
+mod pairs;
 pub(crate) mod skinning;
+mod triples;
 mod vertex_controls;
 
 use std::cell::RefCell;
 
-use dynaskin_skeleton::soft_limited;
 use glam::{Vec3, Vec3A};
+use wide::bytemuck::{cast_slice, cast_slice_mut};
 
 use normals::NormalsRoom;
 pub(crate) use normals::Topology;
@@ -18,10 +21,9 @@ pub(crate) use vertex_controls::{VertexControls, vertex_controls};
 pub(crate) struct RestSurface {
     /// In metres.
     pub positions_m: Vec<Vec3>,
-    /// Positions of the moving vertices ([`Topology`]) in metres.
-    moving_m: Vec<Vec3A>,
-    /// Sums over the faces that no soft vertex moves of area-weighted normals, per moving vertex.
-    still_normals: Vec<Vec3A>,
+    /// Sums over the faces that no soft vertex moves of area-weighted normals, where vertices have
+    /// both such faces and others: the vertex, and its sum.
+    still_normals: Vec<(u32, Vec3A)>,
     /// Unit normals.
     normals: Vec<Vec3>,
 }
@@ -31,7 +33,6 @@ impl RestSurface {
     pub fn new(topology: &Topology, positions_m: Vec<Vec3>) -> Self {
         let (still_normals, normals) = topology.still_normals(&positions_m);
         Self {
-            moving_m: topology.moving(&positions_m),
             positions_m,
             still_normals,
             normals,
@@ -39,16 +40,9 @@ impl RestSurface {
     }
 }
 
-/// Room to work in, for the moving vertices of one surface.
-#[derive(Default)]
-struct Room {
-    positions_m: Vec<Vec3A>,
-    normals: NormalsRoom,
-}
-
 thread_local! {
-    /// One a thread, not one an avatar: it holds nothing from one surface to the next.
-    static ROOM: RefCell<Room> = RefCell::default();
+    /// One a thread, not one an avatar.
+    static ROOM: RefCell<NormalsRoom> = RefCell::default();
 }
 
 /// The surface of one avatar in the rest pose.
@@ -76,40 +70,35 @@ impl Surface {
             *position = *still + *offset;
         }
         self.normals.copy_from_slice(&rest.normals);
-        let moving_m = topology.moving(&self.positions_m);
-        let mut room = NormalsRoom::default();
-        topology.update_normals(&rest.still_normals, &moving_m, &mut room, &mut self.normals);
+        self.update_normals(topology, rest);
     }
 
-    /// Takes over `offsets_m` of `soft_vertices`, three numbers a vertex, times their gains, softly
+    /// Takes over `offsets_m` of the soft vertices, three numbers a vertex, times their gains, softly
     /// limited; positions and normals follow.
     pub fn apply(
         &mut self,
         topology: &Topology,
         rest: &RestSurface,
-        soft_vertices: &[u32],
         offsets_m: &[f32],
-        controls: &[VertexControls],
+        controls: &VertexControls,
     ) {
-        ROOM.with_borrow_mut(|room| {
-            room.positions_m.clone_from(&rest.moving_m);
-            let triples = offsets_m.as_chunks::<3>().0;
-            let places = soft_vertices.iter().zip(topology.soft_places());
-            for (((&vertex, &place), offset_m), controls) in places.zip(triples).zip(controls) {
-                // Offsets up to half the limit are left alone.
-                let offset_m = soft_limited(
-                    Vec3::from_array(*offset_m) * controls.gain,
-                    0.5 * controls.limit_m,
-                    controls.limit_m,
-                );
-                self.offsets_m[vertex as usize] = offset_m;
-                let position_m = &mut room.positions_m[place as usize];
-                *position_m += Vec3A::from(offset_m);
-                self.positions_m[vertex as usize] = Vec3::from(*position_m);
-            }
-            let (moving_m, normals) = (&room.positions_m, &mut room.normals);
-            topology.update_normals(&rest.still_normals, moving_m, normals, &mut self.normals);
-        });
+        let rest_m: &[f32] = cast_slice(&rest.positions_m);
+        let shown_m: &mut [f32] = cast_slice_mut(&mut self.offsets_m);
+        let positions_m: &mut [f32] = cast_slice_mut(&mut self.positions_m);
+        let mut first = 0;
+        for run in topology.soft_runs() {
+            let numbers = 3 * run.start..3 * run.end;
+            let given_m = &offsets_m[3 * first..3 * (first + run.len())];
+            offsets::shown(
+                given_m,
+                (controls, first),
+                &rest_m[numbers.clone()],
+                &mut shown_m[numbers.clone()],
+                &mut positions_m[numbers],
+            );
+            first += run.len();
+        }
+        self.update_normals(topology, rest);
     }
 
     /// Takes over offsets of all vertices, three numbers a vertex, as they are.
@@ -130,5 +119,12 @@ impl Surface {
         self.offsets_m.fill(Vec3::ZERO);
         self.positions_m.copy_from_slice(&rest.positions_m);
         self.normals.copy_from_slice(&rest.normals);
+    }
+
+    /// Area-weighted vertex normals, where faces can have moved.
+    fn update_normals(&mut self, topology: &Topology, rest: &RestSurface) {
+        let (still, positions_m, normals) =
+            (&rest.still_normals, &self.positions_m, &mut self.normals);
+        ROOM.with_borrow_mut(|room| topology.update_normals(still, positions_m, room, normals));
     }
 }

@@ -44,19 +44,15 @@ pub(super) fn strips(sum: &Sum, range: Range<usize>) -> Vec<Strip> {
         .enumerate()
         .flat_map(|(term, of)| (0..of.of.len()).map(move |row| (term, row)))
         .collect();
-    let patterns = patterns(sum, &rows, range.clone());
+    let patterns = patterns(sum, rows.len(), range.clone());
     let mut strips = Vec::new();
     let mut start = range.start;
     for length in best_lengths(&patterns) {
         let columns = start..start + length;
         start = columns.end;
-        let used = |&(term, row): &(usize, usize)| {
-            let term = &sum.terms[term];
-            columns
-                .clone()
-                .any(|column| term.weight(row, column) != 0.0)
-        };
-        let own: Vec<usize> = (0..rows.len()).filter(|&row| used(&rows[row])).collect();
+        let own = &patterns[columns.start - range.start..columns.end - range.start];
+        let used = |row: &usize| own.iter().any(|bits| bits[row / 64] >> (row % 64) & 1 == 1);
+        let own: Vec<usize> = (0..rows.len()).filter(used).collect();
         let width = length.next_multiple_of(LANES);
         let mut weights = vec![0.0; own.len() * width];
         for (line, &row) in weights.chunks_exact_mut(width).zip(&own) {
@@ -75,16 +71,22 @@ pub(super) fn strips(sum: &Sum, range: Range<usize>) -> Vec<Strip> {
 }
 
 /// For each column, a bit for every row in which it is not zero.
-fn patterns(sum: &Sum, rows: &[(usize, usize)], range: Range<usize>) -> Vec<Vec<u64>> {
-    let words = rows.len().div_ceil(64);
-    let mut patterns = vec![vec![0; words]; range.len()];
-    for (index, &(term, row)) in rows.iter().enumerate() {
-        let term = &sum.terms[term];
+fn patterns(sum: &Sum, rows: usize, range: Range<usize>) -> Vec<Vec<u64>> {
+    let mut patterns = vec![vec![0; rows.div_ceil(64)]; range.len()];
+    let mut first = 0;
+    for term in &sum.terms {
         for (pattern, column) in patterns.iter_mut().zip(range.clone()) {
-            if term.weight(row, column) != 0.0 {
-                pattern[index / 64] |= 1 << (index % 64);
+            if term.columns[column].is_none() {
+                continue;
+            }
+            for row in 0..term.of.len() {
+                if term.weight(row, column) != 0.0 {
+                    let bit = first + row;
+                    pattern[bit / 64] |= 1 << (bit % 64);
+                }
             }
         }
+        first += term.of.len();
     }
     patterns
 }
