@@ -108,17 +108,14 @@ impl Topology {
             factors.extend(sums.iter().map(|sum| sum.length_squared()));
             // A loop of its own: roots and quotients take longest, and here several are made at once.
             for factor in factors.iter_mut() {
-                *factor = 1.0 / factor.sqrt();
+                let has_direction = *factor > 0.0;
+                let reciprocal = 1.0 / factor.sqrt();
+                *factor = if has_direction { reciprocal } else { 0.0 };
             }
             let unit = sums.iter().zip(factors.iter()).map(|(&sum, &factor)| {
-                let has_direction = factor > 0.0 && factor.is_finite();
-                if has_direction {
-                    sum * factor
-                } else {
-                    Vec3A::Y
-                }
+                if factor > 0.0 { sum * factor } else { Vec3A::Y }
             });
-            store_run(&mut normals[run.clone()], unit);
+            store_run(&mut normals[3 * run.start..3 * run.end], unit);
         }
     }
 }
