@@ -1,5 +1,5 @@
 //! The networks in `models/`, those of the compared methods among them, over many random ticks: the
-//! same numbers as plain tract.
+//! same numbers as tract without dynaskin.
 
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
@@ -56,7 +56,7 @@ fn features(kind: FeatureKind, body_folder: &Path) -> Vec<Vec<f32>> {
 }
 
 /// Plays random ticks of real motions, scaled at random, on random bodies.
-fn the_same_as_plain_tract(folder: &str) {
+fn the_same_as_tract(folder: &str) {
     let folder = models().join(folder);
     let body_folder = folder
         .ancestors()
@@ -71,7 +71,7 @@ fn the_same_as_plain_tract(folder: &str) {
     let decoder = Decoder::load(&read("decoder.onnx")).unwrap();
     let mut predictor = PredictorSession::new(Arc::new(load.unwrap())).unwrap();
     let mut decodes = DecoderSession::new(&decoder).unwrap();
-    let mut plain = PlainTract::load(&folder);
+    let mut plain = PlainTract::optimised(&folder);
     let mut state = predictor.predictor().zero_state();
     let mut latent = vec![0.0; predictor.predictor().latent_count()];
     let mut offsets_m = vec![0.0; 3 * decoder.vertex_count()];
@@ -119,7 +119,7 @@ macro_rules! bundles {
         $(
             #[test]
             fn $name() {
-                the_same_as_plain_tract($folder);
+                the_same_as_tract($folder);
             }
         )*
 

@@ -125,10 +125,16 @@ impl Once {
     /// anew where what it depends on has changed.
     fn fill(&self, memory: &mut Memory, row: usize, rows: &mut impl Rows, target: &mut [f32]) {
         let input = self.program.inputs[self.seldom.port].clone();
-        rows.fill(self.seldom.port, row, &mut memory.row_mut(0)[input.clone()]);
-        let count = self.seldom.numbers.len();
+        let mut cause = 0..0;
+        // What is the same in every run needs no input.
+        if !input.is_empty() {
+            rows.fill(self.seldom.port, row, &mut memory.row_mut(0)[input.clone()]);
+            let Range { start, end } = self.seldom.numbers;
+            cause = input.start + start..input.start + end;
+        }
+        let count = cause.len();
         let kept = rows.kept(row);
-        let cause = &memory.row(0)[input][self.seldom.numbers.clone()];
+        let cause = &memory.row(0)[cause];
         if kept.len() == count + target.len() && kept[..count] == *cause {
             target.copy_from_slice(&kept[count..]);
             return;

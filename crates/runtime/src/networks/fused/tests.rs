@@ -146,12 +146,12 @@ impl Made {
             .weights(&name, &[rows, columns], &weights, Precision::Single)
     }
 
-    fn vector(&mut self, length: usize) -> Result<Value, WriteError> {
+    fn vector(&mut self, shape: &[usize]) -> Result<Value, WriteError> {
         self.seed += 1;
         let name = format!("vector {}", self.seed);
-        let weights = numbers(self.seed, length);
+        let weights = numbers(self.seed, shape.iter().product());
         self.graph
-            .weights(&name, &[length], &weights, Precision::Single)
+            .weights(&name, shape, &weights, Precision::Single)
     }
 
     fn step(&mut self, (what, which, more): Draw) -> Result<(), WriteError> {
@@ -166,7 +166,7 @@ impl Made {
             }
             1 | 2 => {
                 let matrix = self.matrix(width, columns, more % 5)?;
-                let bias = self.vector(columns)?;
+                let bias = self.vector(&[columns])?;
                 self.graph.dense(&x, &matrix, &bias)?
             }
             3 => graph.sigmoid(&x),
@@ -196,10 +196,12 @@ impl Made {
                 graph.reshape(&turned, &[1, 3 * width])?
             }
             11 => {
-                let one = self.vector(1)?;
-                let scaled = self.graph.mul(&x, &one)?;
-                let other = self.vector(width)?;
-                self.graph.sub(&other, &scaled)?
+                let factors = self.vector(&[width])?;
+                let scaled = self.graph.mul(&x, &factors)?;
+                let other = self.vector(&[1, width])?;
+                let changed = self.graph.sub(&other, &scaled)?;
+                let limits = self.vector(&[width])?;
+                self.graph.sub(&changed, &limits)?
             }
             _ => {
                 let matrix = self.matrix(width, columns, more % 5)?;
@@ -256,7 +258,8 @@ proptest! {
     ) {
         let onnx_bytes = Made::onnx(&widths, seed.into(), &draws).expect("a graph");
         let model = model(&onnx_bytes);
-        let seldom = Seldom { port: 0, numbers: from.min(widths[0])..to.clamp(from, 40).min(widths[0]).max(from.min(widths[0])) };
+        let (from, to) = (from.min(to).min(widths[0]), from.max(to).min(widths[0]));
+        let seldom = Seldom { port: 0, numbers: from..to };
         let fused = Fused::new(&model, Some(seldom.clone())).expect("a recognised graph");
         let whole = Fused::new(&model, None).expect("a recognised graph");
         let (mut memory, mut whole_memory) = (fused.memory(), whole.memory());
