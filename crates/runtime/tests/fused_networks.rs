@@ -22,14 +22,11 @@ const TICKS: usize = 10_000;
 /// Ticks for which one body stays.
 const TICKS_PER_BODY: usize = 100;
 
-/// Offsets are compared at every so many-th tick; latents at every one.
-const DECODED: usize = 10;
-
 /// Largest difference of an offset, in metres.
 const TOLERANCE_M: f32 = 1e-6;
 
-/// Latents may differ by this share of their largest number.
-const LATENT_TOLERANCE: f32 = 2e-5;
+/// Latents may differ by this share of their largest number: rounding lives on in the state.
+const LATENT_TOLERANCE: f32 = 1e-4;
 
 fn models() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models")
@@ -55,8 +52,9 @@ fn features(kind: FeatureKind, body_folder: &Path) -> Vec<Vec<f32>> {
     ticks
 }
 
-/// Plays random ticks of real motions, scaled at random, on random bodies.
-fn the_same_as_tract(folder: &str) {
+/// Plays random ticks of real motions, scaled at random, on random bodies. Latents are compared at every
+/// tick, offsets at every `decoded`-th.
+fn the_same_as_tract(folder: &str, decoded: usize) {
     let folder = models().join(folder);
     let body_folder = folder
         .ancestors()
@@ -95,7 +93,7 @@ fn the_same_as_tract(folder: &str) {
             pairs.fold(0.0_f32, |most, (a, b)| most.max((a - b).abs()))
         };
         worst = worst.max(differs(&latent, &expected) / size.max(f32::MIN_POSITIVE));
-        if tick % DECODED == 0 {
+        if tick % decoded == 0 {
             decodes.decode(&latent, &mut offsets_m).unwrap();
             let expected_m = plain.decode(&expected);
             worst_m = worst_m.max(differs(&offsets_m, &expected_m));
@@ -113,13 +111,14 @@ fn the_same_as_tract(folder: &str) {
     assert!(worst_m <= TOLERANCE_M, "{worst_m} m");
 }
 
-/// A test a bundle, so that they run beside each other.
+/// A test a bundle, so that they run beside each other. Convolutions take long: they are decoded
+/// seldom, and are tract's own on both sides.
 macro_rules! bundles {
-    ($($name:ident: $folder:literal,)*) => {
+    ($($name:ident: $folder:literal, $decoded:literal;)*) => {
         $(
             #[test]
             fn $name() {
-                the_same_as_tract($folder);
+                the_same_as_tract($folder, $decoded);
             }
         )*
 
@@ -142,18 +141,18 @@ macro_rules! bundles {
 }
 
 bundles! {
-    female: "female",
-    female_casas_otaduy: "female/methods/casas-otaduy",
-    female_casas_otaduy_unweighted: "female/methods/casas-otaduy-unweighted",
-    female_dmpl: "female/methods/dmpl",
-    female_dsnet: "female/methods/dsnet",
-    female_dsnet_rbf: "female/methods/dsnet-rbf",
-    female_spring_bones: "female/methods/spring-bones",
-    male: "male",
-    male_casas_otaduy: "male/methods/casas-otaduy",
-    male_casas_otaduy_unweighted: "male/methods/casas-otaduy-unweighted",
-    male_dmpl: "male/methods/dmpl",
-    male_dsnet: "male/methods/dsnet",
-    male_dsnet_rbf: "male/methods/dsnet-rbf",
-    male_spring_bones: "male/methods/spring-bones",
+    female: "female", 1;
+    female_casas_otaduy: "female/methods/casas-otaduy", 10;
+    female_casas_otaduy_unweighted: "female/methods/casas-otaduy-unweighted", 10;
+    female_dmpl: "female/methods/dmpl", 10;
+    female_dsnet: "female/methods/dsnet", 500;
+    female_dsnet_rbf: "female/methods/dsnet-rbf", 500;
+    female_spring_bones: "female/methods/spring-bones", 10;
+    male: "male", 1;
+    male_casas_otaduy: "male/methods/casas-otaduy", 10;
+    male_casas_otaduy_unweighted: "male/methods/casas-otaduy-unweighted", 10;
+    male_dmpl: "male/methods/dmpl", 10;
+    male_dsnet: "male/methods/dsnet", 500;
+    male_dsnet_rbf: "male/methods/dsnet-rbf", 500;
+    male_spring_bones: "male/methods/spring-bones", 10;
 }

@@ -151,7 +151,7 @@ pub(crate) enum Runner {
     /// In this memory.
     Fused(Arc<Fused>, Box<FusedMemory>),
     /// By tract.
-    Graph(GraphRunner),
+    Graph(Box<GraphRunner>),
 }
 
 impl Runner {
@@ -162,7 +162,7 @@ impl Runner {
     pub fn new(plans: &Plans) -> Result<Self, RuntimeError> {
         Ok(match plans {
             Plans::Fused(fused) => Self::Fused(Arc::clone(fused), Box::new(fused.memory())),
-            Plans::Graph(plans) => Self::Graph(GraphRunner::new(plans)?),
+            Plans::Graph(plans) => Self::Graph(Box::new(GraphRunner::new(plans)?)),
         })
     }
 

@@ -159,7 +159,7 @@ mod tests {
     fn runs_are_where_a_list_is_true() {
         assert_eq!(runs(&[false, true, true, false, true]), [1..3, 4..5]);
         assert!(runs(&[false; 3]).is_empty());
-        assert_eq!(runs(&[true]), [0..1]);
+        assert_eq!(runs(&[true, false]), vec![0..1; 1]);
     }
 
     #[test]

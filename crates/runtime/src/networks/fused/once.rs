@@ -31,9 +31,8 @@ pub(super) fn part(calculation: &Calculation, port: usize, seldom: Range<usize>)
     for (id, vector) in calculation.vectors.iter().enumerate() {
         let moved = match vector {
             Vector::Input(length) => {
-                let seldom = (calculation.inputs.get(port) == Some(&(id as u32)))
-                    .then(|| seldom.clone())
-                    .unwrap_or_default();
+                let is_it = calculation.inputs.get(port) == Some(&(id as u32));
+                let seldom = if is_it { seldom.clone() } else { 0..0 };
                 cut.input(*length, &seldom)
             }
             vector if !needed[id] => vec![Moved::Unneeded; vector.len()],
