@@ -8,6 +8,8 @@
 //! `strips`, `program`). docs/design/fused.md has the reasons and the figures.
 
 mod calculation;
+#[cfg(test)]
+mod function_tests;
 mod kernels;
 mod layout;
 mod once;
