@@ -31,7 +31,7 @@ impl Player {
         predictor_onnx: &[u8],
         decoder_onnx: &[u8],
     ) -> Result<Self, TrainError> {
-        let predictor = Predictor::load(predictor_onnx)?;
+        let predictor = Predictor::load_conditioned(predictor_onnx, kind.condition_count())?;
         let decoder = Decoder::load(decoder_onnx)?;
         Ok(Self {
             kind,

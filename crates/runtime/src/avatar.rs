@@ -61,7 +61,7 @@ pub struct Avatar {
 struct Soft {
     tissue: Tissue,
     /// Of each soft vertex.
-    vertex_controls: Vec<VertexControls>,
+    vertex_controls: VertexControls,
     /// Runs the networks where the avatar is stepped by itself; made with the first such step.
     pipeline: Option<Box<Pipeline>>,
 }
@@ -88,7 +88,7 @@ impl Avatar {
         let soft = model.soft().zip(shaped.tissue.as_ref());
         let soft = soft.map(|(soft, rest)| Soft {
             tissue: Tissue::new(soft.feature_kind(), rest),
-            vertex_controls: vec![VertexControls::NONE; model.soft_vertices().len()],
+            vertex_controls: VertexControls::none(model.soft_vertices().len()),
             pipeline: None,
         });
         let skin = SkinMatrices::new(&Pose::REST, &shaped.joints_rest_m);
@@ -519,7 +519,6 @@ impl Avatar {
             self.surface.apply(
                 self.model.topology(),
                 &self.shaped.surface,
-                self.model.soft_vertices(),
                 soft.tissue.shown_m(),
                 &soft.vertex_controls,
             );

@@ -89,7 +89,8 @@ impl Model {
             let expected = format!("indices below the body's {vertex_count} vertices");
             return Err(field("vertices", expected, last));
         }
-        let predictor = Predictor::load(predictor_onnx)?;
+        let conditions = bundle.feature_kind.condition_count();
+        let predictor = Predictor::load_conditioned(predictor_onnx, conditions)?;
         let decoder = Decoder::load(decoder_onnx)?;
         let counts = [
             (

@@ -220,6 +220,10 @@ impl PredictorRow for &mut Tissue {
     fn latent_mut(&mut self) -> &mut [f32] {
         Tissue::latent_mut(self)
     }
+
+    fn kept_mut(&mut self) -> &mut Vec<f32> {
+        Tissue::kept_mut(self)
+    }
 }
 
 impl DecoderRow for &mut Tissue {

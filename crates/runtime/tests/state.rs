@@ -268,7 +268,12 @@ fn a_state_with_huge_offsets_is_refused_or_shows_finite_ones() {
         refused += usize::from(other.restore(&sealed(changed)).is_err());
         // The networks may overflow, which is an error of its own.
         let _ = other.step(&pose_at(0.3), 1.0 / 60.0);
-        assert!(other.offsets_rest_m().iter().all(|offset| offset.is_finite()));
+        assert!(
+            other
+                .offsets_rest_m()
+                .iter()
+                .all(|offset| offset.is_finite())
+        );
     }
     assert!(refused > 50, "{refused}");
 }

@@ -26,15 +26,22 @@ impl SoftLimit {
 }
 
 /// As [`SoftLimit::apply`], in single precision; nothing is left where the limit is 0.
+#[inline]
 pub fn soft_limited(v: Vec3, knee: f32, limit: f32) -> Vec3 {
     let squared = v.length_squared();
     if squared <= knee * knee {
         return v;
     }
+    limited(v, squared.sqrt(), knee, limit)
+}
+
+/// `v` of the length `length`, which is beyond `knee`. Few are: apart, so that the rest stays small
+/// enough to be put where it is called.
+#[inline(never)]
+fn limited(v: Vec3, length: f32, knee: f32, limit: f32) -> Vec3 {
     if limit <= 0.0 {
         return Vec3::ZERO;
     }
-    let length = squared.sqrt();
     let room = limit - knee;
     let limited = knee + room * ((length - knee) / room).tanh();
     v * (limited / length)

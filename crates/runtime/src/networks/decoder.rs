@@ -1,7 +1,5 @@
 //! The decoder: its contract and its runs.
 
-use std::sync::Arc;
-
 use super::plans::{Plans, Rows, Runner, finite};
 use crate::onnx::{broken, names, read, row};
 use crate::{Network, RuntimeError};
@@ -11,7 +9,7 @@ const NETWORK: Network = Network::Decoder;
 /// The decoder: latent to offsets.
 #[derive(Debug)]
 pub struct Decoder {
-    plans: Arc<Plans>,
+    plans: Plans,
     latent_count: usize,
     vertex_count: usize,
 }
@@ -54,7 +52,7 @@ impl Decoder {
             }
         };
         Ok(Self {
-            plans: Arc::new(Plans::new(NETWORK, onnx_bytes, graph)?),
+            plans: Plans::new(NETWORK, onnx_bytes, graph, None)?,
             latent_count,
             vertex_count,
         })
@@ -123,7 +121,11 @@ impl DecoderSession {
                 });
             }
         }
-        let mut run = Run { rows, sound: true };
+        let mut run = Run {
+            rows,
+            sound: true,
+            kept: Vec::new(),
+        };
         self.runner.run(count, &mut run)?;
         if run.sound {
             Ok(())
@@ -138,6 +140,8 @@ struct Run<'a, R> {
     rows: &'a mut [R],
     /// Whether all numbers so far were finite.
     sound: bool,
+    /// Nothing: all of a decoder's inputs change with every run.
+    kept: Vec<f32>,
 }
 
 impl<R: DecoderRow> Rows for Run<'_, R> {
@@ -148,5 +152,9 @@ impl<R: DecoderRow> Rows for Run<'_, R> {
     fn take(&mut self, _port: usize, row: usize, source: &[f32]) {
         self.sound &= finite(source);
         self.rows[row].offsets_m().copy_from_slice(source);
+    }
+
+    fn kept(&mut self, _row: usize) -> &mut Vec<f32> {
+        &mut self.kept
     }
 }

@@ -2,6 +2,7 @@
 //! numbers they are is not known here.
 
 mod decoder;
+mod fused;
 mod plans;
 mod predictor;
 mod sessions;

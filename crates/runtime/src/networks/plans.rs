@@ -1,4 +1,5 @@
-//! A network as plans of tract: one for a single row, one for [`BATCH`] rows at once.
+//! A network as what runs it: fused into one operator where its graph is recognised
+//! ([`super::fused`]), else as plans of tract, one for a single row and one for [`BATCH`] rows at once.
 //!
 //! A row is one avatar's call of the network. A single row makes every weight matrix times a
 //! vector, which reads each weight once for one multiplication; a batch makes it times a matrix,
@@ -11,6 +12,7 @@ use std::sync::{Arc, OnceLock};
 
 use tract_core::prelude::*;
 
+use super::fused::{Fused, FusedMemory, Seldom, operator};
 use crate::onnx::{Graph, Port, read};
 use crate::{Network, RuntimeError};
 
@@ -25,7 +27,16 @@ const BATCH_TOLERANCE: f32 = 1e-4;
 
 /// A network that can be run.
 #[derive(Debug)]
-pub(crate) struct Plans {
+pub(crate) enum Plans {
+    /// As one operator.
+    Fused(Arc<Fused>),
+    /// As tract runs it.
+    Graph(Arc<GraphPlans>),
+}
+
+/// A graph's plans.
+#[derive(Debug)]
+pub(crate) struct GraphPlans {
     network: Network,
     onnx_bytes: Box<[u8]>,
     input_widths: Vec<usize>,
@@ -35,11 +46,34 @@ pub(crate) struct Plans {
 }
 
 impl Plans {
-    /// Optimises `graph`, read from `onnx_bytes`, and tries it on zeros.
+    /// Gets `graph`, read from `onnx_bytes`, ready, and tries it on zeros. `seldom` says which of its
+    /// inputs change seldom.
     ///
     /// # Errors
     /// [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`], [`RuntimeError::NonFinite`].
-    pub fn new(network: Network, onnx_bytes: &[u8], graph: Graph) -> Result<Self, RuntimeError> {
+    pub fn new(
+        network: Network,
+        onnx_bytes: &[u8],
+        graph: Graph,
+        seldom: Option<Seldom>,
+    ) -> Result<Self, RuntimeError> {
+        let Some(fused) = Fused::new(&graph.model, seldom) else {
+            let plans = GraphPlans::new(network, onnx_bytes, graph)?;
+            return Ok(Self::Graph(Arc::new(plans)));
+        };
+        let fused = Arc::new(fused);
+        let model = operator(&graph.model, &fused).map_err(|error| failed(network, &error))?;
+        plan(network, Graph { model, ..graph })?;
+        Ok(Self::Fused(fused))
+    }
+}
+
+impl GraphPlans {
+    /// Optimises `graph`, read from `onnx_bytes`, and tries it on zeros.
+    ///
+    /// # Errors
+    /// As [`Plans::new`].
+    fn new(network: Network, onnx_bytes: &[u8], graph: Graph) -> Result<Self, RuntimeError> {
         let width = |port: &Port| port.shape.iter().product();
         Ok(Self {
             network,
@@ -84,12 +118,15 @@ pub(crate) trait Rows {
     fn fill(&self, port: usize, row: usize, target: &mut [f32]);
     /// Gets the numbers of row `row` of output `port`; they may be NaN or infinite.
     fn take(&mut self, port: usize, row: usize, source: &[f32]);
+    /// What the network keeps for row `row` from one run to the next: empty before its first.
+    fn kept(&mut self, row: usize) -> &mut Vec<f32>;
 }
 
 /// Made-up numbers, different in each row, and what becomes of them.
 #[derive(Default)]
 struct Probe {
     rows: [Vec<f32>; BATCH],
+    kept: [Vec<f32>; BATCH],
 }
 
 impl Rows for Probe {
@@ -102,14 +139,19 @@ impl Rows for Probe {
     fn take(&mut self, _port: usize, row: usize, source: &[f32]) {
         self.rows[row].extend_from_slice(source);
     }
+
+    fn kept(&mut self, row: usize) -> &mut Vec<f32> {
+        &mut self.kept[row]
+    }
 }
 
-/// What runs the plans; not shared between threads.
+/// What runs a network; not shared between threads.
 #[derive(Debug)]
-pub(crate) struct Runner {
-    plans: Arc<Plans>,
-    single: TypedSimpleState,
-    batched: Option<TypedSimpleState>,
+pub(crate) enum Runner {
+    /// In this memory.
+    Fused(Arc<Fused>, Box<FusedMemory>),
+    /// By tract.
+    Graph(Box<GraphRunner>),
 }
 
 impl Runner {
@@ -117,12 +159,10 @@ impl Runner {
     ///
     /// # Errors
     /// [`RuntimeError::Inference`] where tract cannot.
-    pub fn new(plans: &Arc<Plans>) -> Result<Self, RuntimeError> {
-        let single = plans.single.spawn();
-        Ok(Self {
-            single: single.map_err(|error| failed(plans.network, &error))?,
-            plans: Arc::clone(plans),
-            batched: None,
+    pub fn new(plans: &Plans) -> Result<Self, RuntimeError> {
+        Ok(match plans {
+            Plans::Fused(fused) => Self::Fused(Arc::clone(fused), Box::new(fused.memory())),
+            Plans::Graph(plans) => Self::Graph(Box::new(GraphRunner::new(plans)?)),
         })
     }
 
@@ -131,6 +171,35 @@ impl Runner {
     /// # Errors
     /// [`RuntimeError::Inference`].
     pub fn run(&mut self, count: usize, rows: &mut impl Rows) -> Result<(), RuntimeError> {
+        match self {
+            Self::Fused(fused, memory) => {
+                fused.run(memory, count, rows);
+                Ok(())
+            }
+            Self::Graph(runner) => runner.run(count, rows),
+        }
+    }
+}
+
+/// What runs a graph's plans.
+#[derive(Debug)]
+pub(crate) struct GraphRunner {
+    plans: Arc<GraphPlans>,
+    single: TypedSimpleState,
+    batched: Option<TypedSimpleState>,
+}
+
+impl GraphRunner {
+    fn new(plans: &Arc<GraphPlans>) -> Result<Self, RuntimeError> {
+        let single = plans.single.spawn();
+        Ok(Self {
+            single: single.map_err(|error| failed(plans.network, &error))?,
+            plans: Arc::clone(plans),
+            batched: None,
+        })
+    }
+
+    fn run(&mut self, count: usize, rows: &mut impl Rows) -> Result<(), RuntimeError> {
         let network = self.plans.network;
         let widths = &self.plans.input_widths;
         if count >= LEAST_BATCHED
@@ -222,14 +291,16 @@ fn plan(network: Network, graph: Graph) -> Result<Arc<TypedRunnableModel>, Runti
     Ok(plan)
 }
 
-/// Times a number of more than 3.4e9 this is infinite.
-const OVERFLOWING: f32 = 1e29;
+/// Numbers beyond this overflow in what is computed from them.
+const LARGEST: f32 = 3.4e9;
 
 /// Whether no number is NaN, infinite, or so large that what is computed from it overflows.
 pub(crate) fn finite(numbers: &[f32]) -> bool {
-    // 0 times an infinite number is NaN, and a sum vectorises where `all` does not.
-    let zeros = numbers.iter().map(|n| n * OVERFLOWING * 0.0);
-    zeros.sum::<f32>() == 0.0
+    // Without the sign, the bits of larger numbers, infinity and NaN are greater. The greatest of
+    // integers is found several at once, where a test of each number, or a sum, would be one after
+    // the other.
+    let bits = numbers.iter().map(|n| n.to_bits() & !(1 << 31));
+    bits.fold(0, u32::max) <= LARGEST.to_bits()
 }
 
 fn failed(network: Network, error: &TractError) -> RuntimeError {
@@ -246,12 +317,12 @@ mod tests {
     use dynaskin_onnx::{Graph, Precision, Steps, WriteError};
 
     /// The networks of a shipped model.
-    fn shipped(network: Network) -> Plans {
+    fn shipped(network: Network) -> GraphPlans {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/female");
         let path = format!("{folder}/{network}.onnx");
         let onnx_bytes = std::fs::read(path).expect("a shipped network");
         let graph = read(network, &onnx_bytes, 1).expect("a valid graph");
-        Plans::new(network, &onnx_bytes, graph).expect("a network that runs")
+        GraphPlans::new(network, &onnx_bytes, graph).expect("a network that runs")
     }
 
     #[test]
@@ -264,10 +335,10 @@ mod tests {
     #[cfg(feature = "guests")]
     #[test]
     fn convolutions_can_be_batched() {
-        let plans = || -> anyhow::Result<Plans> {
+        let plans = || -> anyhow::Result<GraphPlans> {
             let onnx_bytes = convolutional_decoder()?;
             let graph = read(Network::Decoder, &onnx_bytes, 1)?;
-            Ok(Plans::new(Network::Decoder, &onnx_bytes, graph)?)
+            Ok(GraphPlans::new(Network::Decoder, &onnx_bytes, graph)?)
         };
         let plans = plans().expect("a network that runs");
         assert!(plans.batched().is_some());

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::fused::Seldom;
 use super::plans::{Plans, Rows, Runner, finite};
 use crate::onnx::{Graph, broken, names, read, row};
 use crate::{Network, RuntimeError};
@@ -11,7 +12,7 @@ const NETWORK: Network = Network::Predictor;
 /// The predictor: features and state to latent and next state.
 #[derive(Debug)]
 pub struct Predictor {
-    plans: Arc<Plans>,
+    plans: Plans,
     ports: PredictorPorts,
 }
 
@@ -58,6 +59,9 @@ pub(crate) trait PredictorRow {
     fn state_mut(&mut self) -> &mut [f32];
     /// Where the latent goes.
     fn latent_mut(&mut self) -> &mut [f32];
+    /// What the predictor keeps for this row from tick to tick, so as not to calculate it again:
+    /// empty before the first. It is no part of the state.
+    fn kept_mut(&mut self) -> &mut Vec<f32>;
 }
 
 /// A use of a [`Predictor`] by one thread.
@@ -67,6 +71,8 @@ pub struct PredictorSession {
     runner: Runner,
     /// States after the tick, row by row: taken over once all numbers are known to be finite.
     next: Vec<f32>,
+    /// What [`Self::step`] keeps from tick to tick.
+    kept: Vec<f32>,
 }
 
 impl Predictor {
@@ -77,9 +83,27 @@ impl Predictor {
     /// [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]
     /// where a run on zeros does not give finite numbers.
     pub fn load(onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
+        Self::load_conditioned(onnx_bytes, 0)
+    }
+
+    /// As [`Self::load`], for a predictor whose last `condition_count` features are about the body.
+    /// What depends on them alone is calculated again only when they change; they may change at
+    /// any tick.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_conditioned(
+        onnx_bytes: &[u8],
+        condition_count: usize,
+    ) -> Result<Self, RuntimeError> {
         let graph = read(NETWORK, onnx_bytes, 1)?;
         let ports = PredictorPorts::of(&graph)?;
-        let plans = Arc::new(Plans::new(NETWORK, onnx_bytes, graph)?);
+        let (port, feature_count) = row(NETWORK, &graph.inputs, "features")?;
+        let seldom = Seldom {
+            port,
+            numbers: feature_count.saturating_sub(condition_count)..feature_count,
+        };
+        let plans = Plans::new(NETWORK, onnx_bytes, graph, Some(seldom))?;
         Ok(Self { plans, ports })
     }
 
@@ -153,6 +177,7 @@ impl PredictorSession {
             runner: Runner::new(&predictor.plans)?,
             predictor,
             next: Vec::new(),
+            kept: Vec::new(),
         })
     }
 
@@ -172,7 +197,7 @@ impl PredictorSession {
         state: &mut PredictorState,
         latent: &mut [f32],
     ) -> Result<(), RuntimeError> {
-        struct One<'a>(&'a [f32], &'a mut PredictorState, &'a mut [f32]);
+        struct One<'a>(&'a [f32], &'a mut PredictorState, &'a mut [f32], Vec<f32>);
         impl PredictorRow for One<'_> {
             fn features(&self) -> &[f32] {
                 self.0
@@ -186,8 +211,16 @@ impl PredictorSession {
             fn latent_mut(&mut self) -> &mut [f32] {
                 self.2
             }
+            fn kept_mut(&mut self) -> &mut Vec<f32> {
+                &mut self.3
+            }
         }
-        self.step_rows(&mut [One(features, state, latent)])
+        let kept = std::mem::take(&mut self.kept);
+        let mut rows = [One(features, state, latent, kept)];
+        let stepped = self.step_rows(&mut rows);
+        let [One(.., kept)] = rows;
+        self.kept = kept;
+        stepped
     }
 
     /// One tick of several rows.
@@ -259,5 +292,9 @@ impl<R: PredictorRow> Rows for Tick<'_, R> {
                 self.next[start..start + source.len()].copy_from_slice(source);
             }
         }
+    }
+
+    fn kept(&mut self, row: usize) -> &mut Vec<f32> {
+        self.rows[row].kept_mut()
     }
 }

@@ -1,12 +1,18 @@
 //! The deformed rest surface: offsets scattered over the body's vertices, and normals.
 
 mod normals;
+mod offsets;
+mod pairs;
 pub(crate) mod skinning;
+mod triples;
 mod vertex_controls;
 
-use dynaskin_skeleton::soft_limited;
-use glam::Vec3;
+use std::cell::RefCell;
 
+use glam::{Vec3, Vec3A};
+use wide::bytemuck::{cast_slice, cast_slice_mut};
+
+use normals::NormalsRoom;
 pub(crate) use normals::Topology;
 pub(crate) use vertex_controls::{VertexControls, vertex_controls};
 
@@ -15,8 +21,9 @@ pub(crate) use vertex_controls::{VertexControls, vertex_controls};
 pub(crate) struct RestSurface {
     /// In metres.
     pub positions_m: Vec<Vec3>,
-    /// Sums over the faces that no soft vertex moves of area-weighted normals, per vertex.
-    still_normals: Vec<Vec3>,
+    /// Sums over the faces that no soft vertex moves of area-weighted normals, where vertices have
+    /// both such faces and others: the vertex, and its sum.
+    still_normals: Vec<(u32, Vec3A)>,
     /// Unit normals.
     normals: Vec<Vec3>,
 }
@@ -31,6 +38,11 @@ impl RestSurface {
             normals,
         }
     }
+}
+
+thread_local! {
+    /// One a thread, not one an avatar.
+    static ROOM: RefCell<NormalsRoom> = RefCell::default();
 }
 
 /// The surface of one avatar in the rest pose.
@@ -61,27 +73,30 @@ impl Surface {
         self.update_normals(topology, rest);
     }
 
-    /// Takes over `offsets_m` of `soft_vertices`, three numbers a vertex, times their gains, softly
+    /// Takes over `offsets_m` of the soft vertices, three numbers a vertex, times their gains, softly
     /// limited; positions and normals follow.
     pub fn apply(
         &mut self,
         topology: &Topology,
         rest: &RestSurface,
-        soft_vertices: &[u32],
         offsets_m: &[f32],
-        controls: &[VertexControls],
+        controls: &VertexControls,
     ) {
-        let triples = offsets_m.as_chunks::<3>().0;
-        for ((&vertex, offset_m), controls) in soft_vertices.iter().zip(triples).zip(controls) {
-            // Offsets up to half the limit are left alone.
-            let offset_m = soft_limited(
-                Vec3::from_array(*offset_m) * controls.gain,
-                0.5 * controls.limit_m,
-                controls.limit_m,
+        let rest_m: &[f32] = cast_slice(&rest.positions_m);
+        let shown_m: &mut [f32] = cast_slice_mut(&mut self.offsets_m);
+        let positions_m: &mut [f32] = cast_slice_mut(&mut self.positions_m);
+        let mut first = 0;
+        for run in topology.soft_runs() {
+            let numbers = 3 * run.start..3 * run.end;
+            let given_m = &offsets_m[3 * first..3 * (first + run.len())];
+            offsets::shown(
+                given_m,
+                (controls, first),
+                &rest_m[numbers.clone()],
+                &mut shown_m[numbers.clone()],
+                &mut positions_m[numbers],
             );
-            let idx = vertex as usize;
-            self.offsets_m[idx] = offset_m;
-            self.positions_m[idx] = rest.positions_m[idx] + offset_m;
+            first += run.len();
         }
         self.update_normals(topology, rest);
     }
@@ -108,6 +123,8 @@ impl Surface {
 
     /// Area-weighted vertex normals, where faces can have moved.
     fn update_normals(&mut self, topology: &Topology, rest: &RestSurface) {
-        topology.update_normals(&rest.still_normals, &self.positions_m, &mut self.normals);
+        let (still, positions_m, normals) =
+            (&rest.still_normals, &self.positions_m, &mut self.normals);
+        ROOM.with_borrow_mut(|room| topology.update_normals(still, positions_m, room, normals));
     }
 }

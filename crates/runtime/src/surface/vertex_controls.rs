@@ -4,21 +4,23 @@ use dynaskin_body::{BodyModel, REGION_COUNT};
 
 use crate::controls::{Controls, OFFSET_LIMIT_M};
 
-/// What is done to the offset of one vertex before it is shown.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What is done to the offset of each soft vertex before it is shown.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct VertexControls {
-    /// Factor.
-    pub gain: f32,
-    /// Longest offset, in metres.
-    pub limit_m: f32,
+    /// Factors.
+    pub gains: Vec<f32>,
+    /// Longest offsets, in metres.
+    pub limits_m: Vec<f32>,
 }
 
 impl VertexControls {
-    /// Shows nothing.
-    pub const NONE: Self = Self {
-        gain: 0.0,
-        limit_m: 0.0,
-    };
+    /// Shows nothing of `count` soft vertices.
+    pub fn none(count: usize) -> Self {
+        Self {
+            gains: vec![0.0; count],
+            limits_m: vec![0.0; count],
+        }
+    }
 }
 
 /// Gain and limit of each of `soft_vertices` of `body` under `controls`: the regions' means weighted
@@ -28,16 +30,15 @@ pub(crate) fn vertex_controls(
     body: &BodyModel,
     soft_vertices: &[u32],
     controls: &Controls,
-    target: &mut [VertexControls],
+    target: &mut VertexControls,
 ) {
     if body.region_weights.len() != REGION_COUNT {
-        target.fill(VertexControls {
-            gain: controls.strength,
-            limit_m: OFFSET_LIMIT_M,
-        });
+        target.gains.fill(controls.strength);
+        target.limits_m.fill(OFFSET_LIMIT_M);
         return;
     }
-    for (target, &vertex) in target.iter_mut().zip(soft_vertices) {
+    let targets = target.gains.iter_mut().zip(&mut target.limits_m);
+    for (target, &vertex) in targets.zip(soft_vertices) {
         let (mut sum, mut gain, mut limit_m) = (0.0, 0.0, 0.0);
         for (weights, region) in body.region_weights.iter().zip(&controls.regions) {
             let weight = weights[vertex as usize];
@@ -45,13 +46,10 @@ pub(crate) fn vertex_controls(
             gain += weight * region.gain * controls.strength;
             limit_m += weight * region.limit_m;
         }
-        *target = if sum > 1e-6 {
-            VertexControls {
-                gain: gain / sum,
-                limit_m: limit_m / sum,
-            }
+        (*target.0, *target.1) = if sum > 1e-6 {
+            (gain / sum, limit_m / sum)
         } else {
-            VertexControls::NONE
+            (0.0, 0.0)
         };
     }
 }

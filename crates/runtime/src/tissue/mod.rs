@@ -42,6 +42,9 @@ pub(crate) struct RestTissue {
 pub(crate) struct Tissue {
     features: MotionFeatures,
     state: Vec<f32>,
+    /// What the networks keep for this tissue, so as not to calculate it at every tick; no memory of
+    /// the tissue's own.
+    kept: Vec<f32>,
     /// The latents of the last tick and of the one before.
     latent: Vec<f32>,
     latent_before: Vec<f32>,
@@ -80,6 +83,7 @@ impl Tissue {
         Self {
             features: MotionFeatures::new(kind, &rest.joints_rest_m, &rest.shape),
             state: rest.state.clone(),
+            kept: Vec::new(),
             latent: rest.latent.clone(),
             latent_before: rest.latent.clone(),
             decoded: rest.latent.clone(),
@@ -195,6 +199,11 @@ impl Tissue {
     /// The predictor's state, to be moved on.
     pub fn state_mut(&mut self) -> &mut [f32] {
         &mut self.state
+    }
+
+    /// What the networks keep between ticks.
+    pub fn kept_mut(&mut self) -> &mut Vec<f32> {
+        &mut self.kept
     }
 
     /// Makes the last latent the one before; the next goes where [`Self::latent_mut`] says.

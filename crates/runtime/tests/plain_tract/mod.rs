@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use tract_onnx::prelude::*;
 
-/// A bundle's networks run by tract's own ONNX front end, unoptimised.
+/// A bundle's networks run by tract alone, from its own ONNX front end.
 pub struct PlainTract {
     predictor: Arc<TypedRunnableModel>,
     decoder: Arc<TypedRunnableModel>,
@@ -15,8 +15,19 @@ pub struct PlainTract {
 }
 
 impl PlainTract {
-    /// The networks in a folder, with a state of zeros.
+    /// The networks in a folder, unoptimised, with a state of zeros.
+    #[allow(dead_code)] // Not every test that has this module uses it.
     pub fn load(folder: &Path) -> Self {
+        Self::load_with(folder, Ok)
+    }
+
+    /// As [`Self::load`], optimised: for many ticks.
+    #[allow(dead_code)]
+    pub fn optimised(folder: &Path) -> Self {
+        Self::load_with(folder, TypedModel::into_optimized)
+    }
+
+    fn load_with(folder: &Path, prepared: impl Fn(TypedModel) -> TractResult<TypedModel>) -> Self {
         let typed = |file: &str| {
             let model = tract_onnx::onnx()
                 .model_for_path(folder.join(file))
@@ -50,8 +61,11 @@ impl PlainTract {
             inputs,
             outputs,
             state,
-            predictor: predictor.into_runnable().unwrap(),
-            decoder: typed("decoder.onnx").into_runnable().unwrap(),
+            predictor: prepared(predictor).unwrap().into_runnable().unwrap(),
+            decoder: prepared(typed("decoder.onnx"))
+                .unwrap()
+                .into_runnable()
+                .unwrap(),
         }
     }
 
