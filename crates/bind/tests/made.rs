@@ -13,6 +13,9 @@ use dynaskin_avatars::{RECIPES, Recipe};
 /// Mean error over the mean offset, skin and garment.
 const MOST_ERROR: [f32; 2] = [0.06, 0.15];
 
+/// The change of the offset along an edge over the body's own, 99th percentile.
+const MOST_EDGE_RATIO: f32 = 1.3;
+
 fn check(name: &str) {
     let recipe: &Recipe = RECIPES.iter().find(|recipe| recipe.name == name).unwrap();
     let case = Case::new(recipe);
@@ -29,6 +32,16 @@ fn check(name: &str) {
     let measured = case.measured();
     println!("{name}: skin {:?}", measured[0]);
     println!("{name}: suit {:?}", measured[1]);
+    let (edges, deepest_mm) = (
+        case.edge_ratio(),
+        [1.0, 2.0].map(|times| 1e3 * case.deepest_m(times)),
+    );
+    println!("{name}: edges {edges:.2} of the body's own, suit below skin {deepest_mm:?} mm");
+    assert!(edges <= MOST_EDGE_RATIO, "{name}: {edges}");
+    assert!(
+        deepest_mm.iter().all(|mm| *mm <= 0.5),
+        "{name}: {deepest_mm:?}"
+    );
     for (measured, most) in measured.iter().zip(MOST_ERROR) {
         assert!(measured.error <= most, "{name}: {measured:?}");
         assert_eq!(measured.wrong_side, 0, "{name}");

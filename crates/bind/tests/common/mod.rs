@@ -126,6 +126,82 @@ impl Case {
         measured
     }
 
+    /// Offsets of every vertex, mesh by mesh, metres in the bind pose.
+    fn offsets_by_vertex_m(&self) -> Vec<Vec<Vec3>> {
+        let of_rows = self.bound.binding.row_offsets_m(&offsets_m(&self.body));
+        let meshes = self.bound.binding.meshes.iter();
+        meshes
+            .map(|mesh| {
+                let mut offsets = vec![Vec3::ZERO; mesh.vertex_count as usize];
+                for (vertex, row) in mesh.vertices.iter().zip(&mesh.rows) {
+                    offsets[*vertex as usize] = of_rows[*row as usize];
+                }
+                offsets
+            })
+            .collect()
+    }
+
+    /// The 99th percentile of the change of the offset along an edge over its length: on the avatar, over
+    /// that of the body.
+    pub fn edge_ratio(&self) -> f32 {
+        let offsets = self.offsets_by_vertex_m();
+        let mut changes = Vec::new();
+        for (mesh, (skin_m, offsets)) in self
+            .avatar
+            .meshes
+            .iter()
+            .zip(self.bound.skin_m.iter().zip(&offsets))
+        {
+            changes.extend(edge_changes(&mesh.faces, skin_m, offsets));
+        }
+        let of_body = edge_changes(
+            &self.body.faces,
+            &self.body.template_m,
+            &offsets_m(&self.body),
+        );
+        percentile_99(changes) / percentile_99(of_body)
+    }
+
+    /// How deep the suit sinks below the skin that it covers with offsets `times` as large, metres.
+    pub fn deepest_m(&self, times: f32) -> f32 {
+        let offsets = self.offsets_by_vertex_m();
+        let moved = |mesh: usize, vertex: usize| {
+            self.bound.skin_m[mesh][vertex] + times * offsets[mesh][vertex]
+        };
+        let key = |mesh: usize, vertex: usize| {
+            let source = &self.made.truth[mesh].sources[vertex];
+            (source.corners, source.shares.map(f32::to_bits))
+        };
+        let mut skin = std::collections::HashMap::new();
+        for (mesh, truth) in self
+            .made
+            .truth
+            .iter()
+            .enumerate()
+            .filter(|(_, truth)| !truth.is_garment)
+        {
+            for vertex in 0..truth.sources.len() {
+                skin.insert(key(mesh, vertex), (mesh, vertex));
+            }
+        }
+        let mut deepest_m = 0.0_f32;
+        for (mesh, truth) in self
+            .made
+            .truth
+            .iter()
+            .enumerate()
+            .filter(|(_, truth)| truth.is_garment)
+        {
+            for vertex in 0..truth.sources.len() {
+                let (under, below) = skin[&key(mesh, vertex)];
+                let apart = self.bound.skin_m[mesh][vertex] - self.bound.skin_m[under][below];
+                let now = moved(mesh, vertex) - moved(under, below);
+                deepest_m = deepest_m.max(-now.dot(apart.normalize_or_zero()));
+            }
+        }
+        deepest_m
+    }
+
     fn is_other_side(&self, row: usize, x_m: f32) -> bool {
         let entries = self.bound.binding.rows.entries(row);
         let (mut sum, mut total) = (0.0, 0.0);
@@ -151,6 +227,27 @@ impl Case {
         let away_m = (mean_m / total).distance(self.body.template_m[source as usize]);
         other > 0.5 * total && away_m > 0.05
     }
+}
+
+/// Change of the offset over the length of each edge.
+fn edge_changes(faces: &[[u32; 3]], positions_m: &[Vec3], offsets_m: &[Vec3]) -> Vec<f32> {
+    let edges = faces
+        .iter()
+        .flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+    edges
+        .filter_map(|edge| {
+            let [a, b] = edge.map(|vertex| vertex as usize);
+            let change = offsets_m[a].distance(offsets_m[b]);
+            let moves = offsets_m[a] != Vec3::ZERO || offsets_m[b] != Vec3::ZERO;
+            let length = positions_m[a].distance(positions_m[b]);
+            (moves && length > 1e-5).then(|| change / length)
+        })
+        .collect()
+}
+
+fn percentile_99(mut values: Vec<f32>) -> f32 {
+    values.sort_by(f32::total_cmp);
+    values[values.len() * 99 / 100]
 }
 
 fn limb(body: &BodyModel, vertex: usize) -> Joint {
