@@ -98,6 +98,25 @@ impl SourceClock {
         clock
     }
 
+    /// Of a source whose interval is known, in seconds, and whose newest pose was made at `newest`.
+    pub fn known(interval: f64, newest: f64) -> Self {
+        Self {
+            interval,
+            newest,
+            lateness: 0.0,
+            count: 8.0,
+            variance: [
+                (0.3 * interval).powi(2),
+                0.0,
+                (USUAL_SPREAD * interval).powi(2),
+            ],
+            spread: (0.3 * interval).powi(2),
+            bias: 0.0,
+            astray: 0,
+            is_usual: true,
+        }
+    }
+
     /// How many intervals after the newest pose one was made that arrives at `time`.
     pub fn steps(&self, time: f64) -> f64 {
         let steps = (time - self.newest) / self.interval;

@@ -105,6 +105,11 @@ impl FrameClock {
         frames * interval + paid
     }
 
+    /// Seconds from a frame of the display to the next.
+    pub fn interval(&self) -> f64 {
+        self.usual_interval()
+    }
+
     /// The mean interval, or that of the usual rate which it is near.
     fn usual_interval(&self) -> f64 {
         let mut usual = USUAL_HZ.iter().map(|rate| 1.0 / rate);

@@ -12,6 +12,7 @@ mod cut;
 mod diagnosis;
 mod frames;
 mod path;
+mod skips;
 mod smoother;
 mod source;
 

@@ -3,11 +3,14 @@
 #![allow(clippy::print_stdout)] // The measured numbers are for people to read.
 
 use dynaskin_conditioning::{Conditioner, PoseSource};
-use dynaskin_motion::{Clip, Procedural, ProceduralKind};
+use dynaskin_motion::{Bvh, Clip, Procedural, ProceduralKind, retarget};
 use dynaskin_skeleton::{JOINT_COUNT, Joint, Pose};
 use glam::{DQuat, DVec3, Vec3};
 
 const TICK: f64 = 1.0 / 60.0;
+
+/// Captures that a test plays, at most.
+const MOST_CAPTURES: usize = 200;
 
 /// Joints of a stick figure of usual size.
 fn joints() -> [Vec3; JOINT_COUNT] {
@@ -202,7 +205,11 @@ fn accelerations(poses: &[Pose]) -> Vec<[DVec3; 3]> {
 
 /// Error of the accelerations over their size, at the best alignment, and that alignment.
 fn error(clip: &Clip, played: &Played) -> (f64, f64) {
-    let skip = 60;
+    error_from(60, clip, played)
+}
+
+/// As [`error`], from the tick `skip` on.
+fn error_from(skip: usize, clip: &Clip, played: &Played) -> (f64, f64) {
     let got: Vec<Pose> = played.ticks.iter().map(|(_, pose)| pose.clone()).collect();
     let got = accelerations(&got);
     let mut best = (f64::INFINITY, 0.0);
@@ -264,6 +271,69 @@ fn sixty_hertz_and_more_on_any_display() {
             );
         }
     }
+}
+
+/// Every pose is new, and every frame skips another number of them. It takes half a second of motion
+/// until that is sure, so the second second is not measured.
+#[test]
+fn more_poses_than_the_page_shows() {
+    for kind in [ProceduralKind::Hop, ProceduralKind::ShakeHips] {
+        let clip = motion(kind);
+        for (rate, display) in [
+            (72.0, 60.0),
+            (90.0, 60.0),
+            (144.0, 60.0),
+            (100.0, 60.0),
+            (90.0, 72.0),
+        ] {
+            let tracker = Tracker::new(&clip, rate, 0.0, (0.0, 0.0));
+            let given = |source| played(source, display, 5.5, |time| tracker.newest(time).clone());
+            let (as_given, _) = error_from(120, &clip, &given(PoseSource::AsGiven));
+            let conditioned = given(PoseSource::Display);
+            let (off, delay) = error_from(120, &clip, &conditioned);
+            println!(
+                "{}: {rate} Hz on {display} Hz: {as_given:.3}, conditioned {off:.3} at {:.0} ms (says {:.0})",
+                kind.name(),
+                1e3 * delay,
+                1e3 * conditioned.latency
+            );
+            assert!(off <= 0.1 && off < 0.5 * as_given, "{off}, {as_given}");
+            assert!(
+                conditioned.latency <= 1.0 / rate + 1e-3,
+                "{}",
+                conditioned.latency
+            );
+            assert_eq!(conditioned.cuts, 0);
+        }
+    }
+}
+
+/// Captures of people at their own 60 Hz are no source that was skipped.
+#[test]
+fn captures_in_every_frame_are_passed_on() {
+    let folder =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/mocap/train");
+    let Ok(files) = std::fs::read_dir(&folder) else {
+        println!("skipped: captures_in_every_frame_are_passed_on needs ../shared/mocap/train");
+        return;
+    };
+    let mut paths: Vec<_> = files.flatten().map(|file| file.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "bvh"));
+    paths.sort();
+    let mut changed = Vec::new();
+    for path in paths.iter().step_by(paths.len().div_ceil(MOST_CAPTURES)) {
+        let motion = Bvh::parse(&std::fs::read(path).expect("a file")).expect("a motion");
+        let (clip, _) = retarget(&motion, &joints()).expect("a person");
+        let mut conditioner = Conditioner::default();
+        for (frame, pose) in clip.frames.iter().enumerate() {
+            conditioner.push(pose, if frame == 0 { 0.0 } else { TICK });
+            if conditioner.engaged() {
+                changed.push(format!("{} at {frame}", path.display()));
+                break;
+            }
+        }
+    }
+    assert_eq!(changed, [] as [&str; 0]);
 }
 
 #[test]

@@ -63,6 +63,9 @@ impl Conditioner {
 
     /// When the pose that has just arrived was made, and how long after the one before, in seconds.
     pub(super) fn time_of_arrival(&mut self, step: &Step, gap: f64) -> (f64, f64) {
+        if let Some(interval) = self.skips.interval() {
+            return self.skipping_arrival(interval);
+        }
         if !self.engaged {
             return (self.now, gap);
         }
@@ -99,6 +102,17 @@ impl Conditioner {
         let (newest, seconds) = (clock.newest, clock.interval.max(gap));
         self.clock = Some(clock);
         (newest, seconds)
+    }
+
+    /// As [`Self::time_of_arrival`] for a source that makes more poses than the page shows.
+    fn skipping_arrival(&mut self, interval: f64) -> (f64, f64) {
+        let is_known = |clock: &SourceClock| (clock.interval - interval).abs() < 0.05 * interval;
+        self.engaged = true;
+        if !self.clock.as_ref().is_some_and(is_known) {
+            self.clock = Some(SourceClock::known(interval, self.now));
+            return (self.now, self.skips.intervals() * interval);
+        }
+        self.arrived_after(self.skips.intervals())
     }
 
     /// The time of a pose made `steps` intervals after the one before, and the seconds between.

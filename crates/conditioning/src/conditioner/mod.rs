@@ -12,6 +12,7 @@ use crate::cut::Step;
 use crate::diagnosis::{Diagnosis, NoiseGauge};
 use crate::frames::FrameClock;
 use crate::path::Knot;
+use crate::skips::Skips;
 use crate::smoother::Smoother;
 use crate::source::PoseSource;
 
@@ -73,6 +74,7 @@ pub struct Conditioner {
     playhead_before: f64,
     noise: NoiseGauge,
     frames: FrameClock,
+    skips: Skips,
     /// Steps whose pose repeated that of the step before.
     run: u32,
     /// Whether the source was found to stand still.
@@ -160,6 +162,7 @@ impl Conditioner {
             playhead_before: 0.0,
             noise: NoiseGauge::default(),
             frames: FrameClock::default(),
+            skips: Skips::default(),
             run: 0,
             stands: false,
             steps_before: 1.0,
@@ -207,7 +210,10 @@ impl Conditioner {
         self.now += dt_seconds;
         let weight = if self.frame == 0.0 { 1.0 } else { 0.1 };
         self.frame += weight * (dt_seconds - self.frame);
-        let is_new = self.raw.as_ref().is_none_or(|raw| !same(raw, pose));
+        // A body that turns back may pass through the same pose twice: that is a step like others.
+        self.skips.add(&moved, dt_seconds, self.frames.interval());
+        let is_new =
+            self.skips.interval().is_some() || self.raw.as_ref().is_none_or(|raw| !same(raw, pose));
         if is_new {
             self.run = 0;
             self.stands = false;
@@ -262,8 +268,10 @@ impl Conditioner {
             jitter_seconds,
             noise_degrees,
             latency_seconds: if self.engaged {
-                // The clock's times are those of arrival, on average half a frame late.
-                self.now - self.playhead + 0.5 * self.frame
+                // The clock's times are those of arrival. A pose waits for half a frame on average, and
+                // for half an interval where a newer one takes its place.
+                let wait = self.skips.interval().unwrap_or(self.frame).min(self.frame);
+                self.now - self.playhead + 0.5 * wait
             } else {
                 0.0
             },

@@ -72,7 +72,14 @@ impl Conditioner {
             2.0
         };
         let late = clock.lateness.clamp(-clock.interval, most * clock.interval);
-        ((1.0 + self.source.lag()) * clock.interval + late - self.frame + 5e-4).max(0.0)
+        let ahead = (1.0 + self.source.lag()) * clock.interval - self.frame;
+        // A source of shorter intervals than the page's frames is as late as its latest pose.
+        let ahead = if self.skips.interval().is_some() {
+            ahead.max(0.0)
+        } else {
+            ahead
+        };
+        (ahead + late + 5e-4).max(0.0)
     }
 
     pub(super) fn play(&mut self, pose: &Pose, dt_seconds: f64) -> Conditioned {
@@ -80,7 +87,8 @@ impl Conditioner {
         let quiet = self
             .last_repeat
             .is_none_or(|time| self.now - time > RELEASE_SECONDS);
-        let releases = self.source == PoseSource::Display && quiet && self.run == 0;
+        let skips = self.skips.interval().is_some();
+        let releases = self.source == PoseSource::Display && quiet && self.run == 0 && !skips;
         let standing = self.source == PoseSource::Display && self.clock.is_none() && self.run > 8;
         let target = if releases || standing {
             self.now
