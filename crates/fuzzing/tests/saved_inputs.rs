@@ -1,6 +1,8 @@
 //! Inputs that fuzzers found to reach code that others do not reach, and some mutations of the seeds, on
 //! every reader.
 
+#![allow(clippy::print_stdout)] // The numbers are for people to read.
+
 use dynaskin_fuzzing::{Target, pack, saved, unpack};
 
 /// Mutations of the seeds that are tried on each reader, beside the saved inputs.

@@ -2,7 +2,7 @@
 //! same numbers as tract without dynaskin.
 
 // A failed step of a test is a failed test.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // The numbers are for people to read.
 
 mod plain_tract;
 
