@@ -86,6 +86,9 @@ async function inNode(steps, seed) {
     probeMs: async () => it.probeMs(),
     heapBytes: async () => {
       globalThis.gc();
+      // Buffers are freed beside the program, after the collection.
+      await new Promise((done) => setTimeout(done, 1000));
+      globalThis.gc();
       const { heapUsed, arrayBuffers } = process.memoryUsage();
       return heapUsed + arrayBuffers;
     },
