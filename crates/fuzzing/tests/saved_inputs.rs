@@ -12,8 +12,9 @@ fn try_saved(target: Target) {
     let files = saved(target).expect("the saved inputs of every target are in the repository");
     let accepted = files.iter().filter(|file| target.check(file)).count();
     println!("{}: {accepted} of {} accepted", target.name(), files.len());
-    // Inputs that all fare alike say nothing about a reader.
-    assert!(accepted > 0 && accepted < files.len());
+    // What is accepted, the seeds and their mutations show: of bodies, which fuzzers cut short, no
+    // saved input is whole.
+    assert!(accepted < files.len());
 }
 
 fn try_mutations(target: Target) {
