@@ -4,12 +4,12 @@
 //! the body goes on by one interval of the source in one frame and by two in the next. Which, the
 //! poses themselves tell: with the right number of intervals in each frame its velocity is even.
 
+use dynaskin_skeleton::Joint;
+
 use crate::cut::Step;
 
 /// Rates that sources are made for, in Hz.
-const SOURCES_HZ: [f64; 11] = [
-    60.0, 72.0, 75.0, 80.0, 90.0, 100.0, 120.0, 144.0, 165.0, 200.0, 240.0,
-];
+const SOURCES_HZ: [f64; 9] = [60.0, 72.0, 80.0, 90.0, 100.0, 120.0, 144.0, 165.0, 240.0];
 
 /// Most intervals of a source in a frame.
 const MOST_INTERVALS: f64 = 4.0;
@@ -21,15 +21,26 @@ const WHOLE: f64 = 0.02;
 const PHASES: usize = 12;
 
 /// What is left after a frame of what was known.
-const MEMORY: f64 = 0.97;
+const MEMORY: f64 = 0.985;
 
-/// Frames in a row in which one pattern explains what the page's own times do not.
-const SURE_FRAMES: u32 = 24;
+/// Frames in a row in which a pattern explains what even frames do not; half of them where it changes.
+const SURE_FRAMES: u32 = 36;
 
-/// Mean square of the unevenness with the right pattern over that with even frames: found below the
-/// first, lost above the second.
-const FOUND: f64 = 0.15;
-const LOST: f64 = 0.5;
+/// Mean square of the unevenness with a pattern over that with even frames: found below the first, lost
+/// above the second. Of captures at their own 60 Hz the best pattern has 0.95 and more; at 72 and
+/// 90 Hz the right one has 0.02 to 0.76.
+const FOUND: f64 = 0.7;
+const LOST: f64 = 0.95;
+
+/// Share of frames that repeat a pose while the body moves, from which poses are held instead. A body
+/// that turns back may pass through a pose twice.
+const HELD: f64 = 0.1;
+
+/// Steps that are shorter repeat a pose, squared, in rad².
+const SAME: f64 = 1e-14;
+
+/// Another pattern takes the place of the one that was found if it has this share of its unevenness.
+const BETTER: f64 = 0.7;
 
 /// Unevenness that is felt, as a mean square over frames, in rad²: a joint at 1 rad/s on 60 Hz whose
 /// frames are off by a tenth.
@@ -55,6 +66,22 @@ impl Pattern {
     }
 }
 
+/// Joints that neither are flung nor lost by trackers.
+const CALM: [Joint; 12] = [
+    Joint::Pelvis,
+    Joint::LeftHip,
+    Joint::RightHip,
+    Joint::Spine1,
+    Joint::LeftKnee,
+    Joint::RightKnee,
+    Joint::Spine2,
+    Joint::Spine3,
+    Joint::LeftShoulder,
+    Joint::RightShoulder,
+    Joint::LeftElbow,
+    Joint::RightElbow,
+];
+
 /// Products of three steps in a row, each with each.
 struct Products {
     own: [f64; 3],
@@ -66,8 +93,8 @@ struct Products {
 impl Products {
     fn new([a, b, c]: [&Step; 3]) -> Self {
         let dot = |a: &Step, b: &Step| {
-            let turns = a.turns.iter().zip(&b.turns);
-            a.root_m.dot(b.root_m) + turns.map(|(a, b)| a.dot(*b)).sum::<f64>()
+            let turns = CALM.map(|joint| a.turns[joint as usize].dot(b.turns[joint as usize]));
+            a.root_m.dot(b.root_m) + turns.iter().sum::<f64>()
         };
         Self {
             own: [dot(a, a), dot(b, b), dot(c, c)],
@@ -102,10 +129,14 @@ pub(crate) struct Skips {
     patterns: Vec<Pattern>,
     /// Unevenness with even frames.
     even: f64,
+    /// Share of frames whose pose repeats.
+    held: f64,
     /// Frames since the patterns began.
     frame: f64,
     /// The last two steps, newest last, with the frame that each ended at.
     steps: [Option<(Step, f64)>; 2],
+    /// The pattern that explained most at the last frame, and for how many frames in a row one did.
+    best: usize,
     sure: u32,
     /// Which pattern is the source's.
     found: Option<usize>,
@@ -143,6 +174,7 @@ impl Skips {
         self.found = None;
         self.sure = 0;
         self.even = 0.0;
+        self.held = 0.0;
         self.frame = 0.0;
         self.steps = [None; 2];
         self.frame_seconds = frame_seconds;
@@ -165,6 +197,9 @@ impl Skips {
         let [a, b, c, d] = frames;
         let keep = |mean: f64, now: f64| MEMORY * mean + (1.0 - MEMORY) * now;
         self.even = keep(self.even, products.uneven([b - a, c - b, d - c]));
+        let is_held = products.own[2] < SAME && products.own[1] > LEAST;
+        let is_held = if is_held { 1.0 } else { 0.0 };
+        self.held = keep(self.held, is_held);
         let mut best: Option<(usize, f64)> = None;
         for (idx, pattern) in self.patterns.iter_mut().enumerate() {
             let intervals = [(a, b), (b, c), (c, d)].map(|(from, to)| pattern.intervals(from, to));
@@ -186,16 +221,17 @@ impl Skips {
             if known > LOST * self.even {
                 self.found = None;
                 self.sure = 0;
-            } else if least < 0.5 * known {
+            } else if least < BETTER * known {
                 self.found = Some(best);
             }
             return;
         }
-        self.sure = if least < FOUND * self.even {
-            self.sure + 1
-        } else {
-            0
-        };
+        if best != self.best {
+            self.sure /= 2;
+        }
+        self.best = best;
+        let explains = least < FOUND * self.even && self.held < HELD;
+        self.sure = if explains { self.sure + 1 } else { 0 };
         if self.sure >= SURE_FRAMES {
             self.found = Some(best);
         }

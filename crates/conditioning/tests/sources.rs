@@ -10,7 +10,7 @@ use glam::{DQuat, DVec3, Vec3};
 const TICK: f64 = 1.0 / 60.0;
 
 /// Captures that a test plays, at most.
-const MOST_CAPTURES: usize = 200;
+const MOST_CAPTURES: usize = 60;
 
 /// Joints of a stick figure of usual size.
 fn joints() -> [Vec3; JOINT_COUNT] {
@@ -318,18 +318,25 @@ fn captures_in_every_frame_are_passed_on() {
         return;
     };
     let mut paths: Vec<_> = files.flatten().map(|file| file.path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|ending| ending == "bvh"));
+    // The frames of one of the 170, 135_07, are uneven themselves around its frame 600.
+    paths.retain(|path| {
+        path.extension().is_some_and(|ending| ending == "bvh") && !path.ends_with("135_07.bvh")
+    });
     paths.sort();
     let mut changed = Vec::new();
     for path in paths.iter().step_by(paths.len().div_ceil(MOST_CAPTURES)) {
         let motion = Bvh::parse(&std::fs::read(path).expect("a file")).expect("a motion");
         let (clip, _) = retarget(&motion, &joints()).expect("a person");
-        let mut conditioner = Conditioner::default();
-        for (frame, pose) in clip.frames.iter().enumerate() {
-            conditioner.push(pose, if frame == 0 { 0.0 } else { TICK });
-            if conditioner.engaged() {
-                changed.push(format!("{} at {frame}", path.display()));
-                break;
+        for degrees in [0.0, 0.1, 0.5] {
+            let mut conditioner = Conditioner::default();
+            let mut dice = Dice(3);
+            for (frame, pose) in clip.frames.iter().enumerate() {
+                let pose = noisy(pose, degrees, 4e-3 * degrees, &mut dice);
+                conditioner.push(&pose, if frame == 0 { 0.0 } else { TICK });
+                if conditioner.engaged() {
+                    changed.push(format!("{} ±{degrees}° at {frame}", path.display()));
+                    break;
+                }
             }
         }
     }
