@@ -63,7 +63,7 @@ impl Conditioner {
 
     /// When the pose that has just arrived was made, and how long after the one before, in seconds.
     pub(super) fn time_of_arrival(&mut self, step: &Step, gap: f64) -> (f64, f64) {
-        if let Some(interval) = self.skips.interval() {
+        if let Some(interval) = self.skipped_interval() {
             return self.skipping_arrival(interval);
         }
         if !self.engaged {

@@ -74,7 +74,7 @@ impl Conditioner {
         let late = clock.lateness.clamp(-clock.interval, most * clock.interval);
         let ahead = (1.0 + self.source.lag()) * clock.interval - self.frame;
         // A source of shorter intervals than the page's frames is as late as its latest pose.
-        let ahead = if self.skips.interval().is_some() {
+        let ahead = if self.skipped_interval().is_some() {
             ahead.max(0.0)
         } else {
             ahead
@@ -87,7 +87,7 @@ impl Conditioner {
         let quiet = self
             .last_repeat
             .is_none_or(|time| self.now - time > RELEASE_SECONDS);
-        let skips = self.skips.interval().is_some();
+        let skips = self.skipped_interval().is_some();
         let releases = self.source == PoseSource::Display && quiet && self.run == 0 && !skips;
         let standing = self.source == PoseSource::Display && self.clock.is_none() && self.run > 8;
         let target = if releases || standing {
