@@ -23,8 +23,8 @@ const PHASES: usize = 12;
 /// What is left after a frame of what was known.
 const MEMORY: f64 = 0.985;
 
-/// Frames in a row in which a pattern explains what even frames do not; half of them where it changes.
-const SURE_FRAMES: u32 = 36;
+/// Telling frames in a row in which a pattern explains what even frames do not; half of them where it changes.
+const SURE_FRAMES: u32 = 30;
 
 /// Mean square of the unevenness with a pattern over that with even frames: found below the first, lost
 /// above the second. Of captures at their own 60 Hz the best pattern has 0.95 and more; at 72 and
@@ -41,6 +41,10 @@ const SAME: f64 = 1e-14;
 
 /// Another pattern takes the place of the one that was found if it has this share of its unevenness.
 const BETTER: f64 = 0.7;
+
+/// A frame tells something if its unevenness is this share of the mean: one blow, remembered for a second,
+/// is no pattern.
+const TELLING: f64 = 0.2;
 
 /// Unevenness that is felt, as a mean square over frames, in rad²: a joint at 1 rad/s on 60 Hz whose
 /// frames are off by a tenth.
@@ -196,7 +200,8 @@ impl Skips {
     fn weigh(&mut self, products: &Products, frames: [f64; 4]) {
         let [a, b, c, d] = frames;
         let keep = |mean: f64, now: f64| MEMORY * mean + (1.0 - MEMORY) * now;
-        self.even = keep(self.even, products.uneven([b - a, c - b, d - c]));
+        let even = products.uneven([b - a, c - b, d - c]);
+        self.even = keep(self.even, even);
         let is_held = products.own[2] < SAME && products.own[1] > LEAST;
         let is_held = if is_held { 1.0 } else { 0.0 };
         self.held = keep(self.held, is_held);
@@ -231,7 +236,11 @@ impl Skips {
         }
         self.best = best;
         let explains = least < FOUND * self.even && self.held < HELD;
-        self.sure = if explains { self.sure + 1 } else { 0 };
+        if !explains {
+            self.sure = 0;
+        } else if even > TELLING * self.even {
+            self.sure += 1;
+        }
         if self.sure >= SURE_FRAMES {
             self.found = Some(best);
         }
