@@ -92,7 +92,7 @@ async function countTests(program, args, python, tally) {
   if (status !== 0 && tally.failed === failedBefore) tally.add({ failed: 1 });
 }
 
-/** Licences, duplicates and sources; advisories and yanked versions where their list can be had. */
+/** Licences, duplicates and sources; advisories and yanked versions where their list can be fetched. */
 async function cargoDeny() {
   const tool = await ensureCargoTool("cargo-deny");
   if ("reason" in tool) {

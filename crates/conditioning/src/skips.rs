@@ -172,6 +172,16 @@ impl Skips {
         self.steps[1] = Some((*step, before));
     }
 
+    /// As new, in the memory that it has: no later step has to allocate.
+    pub fn cleared(mut self) -> Self {
+        self.patterns.clear();
+        self.patterns.reserve(SOURCES_HZ.len() * PHASES);
+        Self {
+            patterns: self.patterns,
+            ..Self::default()
+        }
+    }
+
     /// Starts on another display, or on none that is even.
     fn begin(&mut self, frame_seconds: f64) {
         self.patterns.clear();

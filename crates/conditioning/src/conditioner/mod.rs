@@ -88,6 +88,7 @@ impl Default for Conditioner {
         Self {
             log: VecDeque::with_capacity(LOG + 1),
             path: VecDeque::with_capacity(KNOTS + 1),
+            skips: Skips::default().cleared(),
             ..Self::empty()
         }
     }
@@ -103,10 +104,12 @@ impl Conditioner {
         );
         log.clear();
         path.clear();
+        let skips = std::mem::take(&mut self.skips).cleared();
         *self = Self {
             source: self.source,
             log,
             path,
+            skips,
             ..Self::empty()
         };
     }
