@@ -1,8 +1,8 @@
 // Folders of the machine that builds, which what ships must not name.
 import { existsSync, readdirSync } from "node:fs";
 import { homedir } from "node:os";
-import { join } from "node:path";
-import { ROOT } from "./paths.mjs";
+import { isAbsolute, join, relative } from "node:path";
+import { cargoTargetDir, ROOT } from "./paths.mjs";
 import { run } from "./run.mjs";
 
 /** Where cargo keeps the sources of crates. */
@@ -17,13 +17,23 @@ async function registries() {
   return existsSync(sources) ? readdirSync(sources).map((name) => join(sources, name)) : [];
 }
 
+/**
+ * The clone's own folder, where generated sources lie in it. Other sources of ours are compiled by relative paths.
+ * Flags that named the clone needlessly would make cargo compile every crate again for each clone that shares a cache.
+ */
+function clone() {
+  const target = relative(ROOT, cargoTargetDir());
+  const inside = !target.startsWith("..") && !isAbsolute(target);
+  return inside ? [[ROOT, "/dynaskin"]] : [];
+}
+
 /** Flags for rustc: panics name their places in crates, in Rust's library and here without the machine's folders. */
 export async function remapFlags() {
   const { output } = await run("rustc", ["--print", "sysroot"], { quiet: true });
   // Of several that fit, rustc takes the last.
   const places = [
     [homedir(), "/home"],
-    [ROOT, "/dynaskin"],
+    ...clone(),
     [cargoHome(), "/cargo"],
     ...(await registries()).map((folder) => [folder, "/crates"]),
     [join(output.trim(), "lib", "rustlib", "src", "rust"), "/rust"],
