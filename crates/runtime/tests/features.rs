@@ -149,6 +149,33 @@ fn moved_and_turned_motion_has_the_same_features() {
 }
 
 #[test]
+fn how_a_rig_shares_a_raised_arm_between_collar_and_shoulder_does_not_matter() {
+    // Mixamo's, VRM's, SMPL's and Xsens's rigs turn collars; the captures learned from keep them still.
+    let moved = |share: f64| {
+        last_features((0..5).map(|tick| {
+            let mut pose = wild_pose(tick);
+            for [collar, shoulder] in [
+                [Joint::LeftCollar, Joint::LeftShoulder],
+                [Joint::RightCollar, Joint::RightShoulder],
+            ] {
+                let raise = DQuat::from_rotation_z(0.2 * tick as f64) * DQuat::from_rotation_y(0.4);
+                let trunk_from_collar = DQuat::IDENTITY.slerp(raise, share);
+                pose.parent_from_joint[collar as usize] = trunk_from_collar;
+                pose.parent_from_joint[shoulder as usize] = trunk_from_collar.conjugate() * raise;
+            }
+            pose
+        }))
+    };
+    let at_the_shoulder = moved(0.0);
+    assert!(named(&at_the_shoulder, "left_shoulder.angular_velocity.z").abs() > 1.0);
+    for share in [0.3, 1.0] {
+        for (a, b) in at_the_shoulder.iter().zip(moved(share)) {
+            assert!((a - b).abs() <= 1e-4 * a.abs().max(1.0), "{share}: {a} {b}");
+        }
+    }
+}
+
+#[test]
 fn quaternion_signs_do_not_matter() {
     let flipped = |tick: usize| {
         let mut pose = wild_pose(tick);

@@ -1,5 +1,6 @@
 //! Simulating a whole data set: what is planned, run in parallel and resumed.
 
+mod collars;
 mod error;
 mod execute;
 mod motions;
@@ -12,6 +13,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::materials::drawn_materials;
 use crate::settings::SimSettings;
+pub use collars::CollarHabit;
 use dynaskin_body::Materials;
 pub use error::RunError;
 pub use execute::execute;

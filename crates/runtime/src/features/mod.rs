@@ -5,6 +5,7 @@
 //!
 //! [`FeatureKind`] names the kinds there are.
 
+mod collars;
 #[cfg(feature = "guests")]
 mod guests;
 mod kind;
@@ -105,7 +106,13 @@ impl MotionFeatures {
     /// The features of the tick at which the body takes `pose`, one tick (1/60 s) after the pose
     /// pushed before. The pose must be valid ([`Pose::is_valid`]).
     pub fn push(&mut self, pose: &Pose) -> &[f32] {
-        let pose = normalized(pose);
+        let pose = match self.kind {
+            FeatureKind::Inertial | FeatureKind::InertialMaterials => {
+                collars::folded(normalized(pose))
+            }
+            #[cfg(feature = "guests")]
+            FeatureKind::PoseShape | FeatureKind::PoseWindow => normalized(pose),
+        };
         let world = pose.world_joints(&self.joints_rest_m);
         match self.kind {
             FeatureKind::Inertial | FeatureKind::InertialMaterials => {
