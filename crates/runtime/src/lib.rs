@@ -43,7 +43,9 @@ mod tissue;
 
 pub use avatar::{Avatar, MAX_SCALE, MIN_SCALE, StepReport};
 pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned};
-pub use controls::{Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, RegionControls};
+pub use controls::{
+    Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, REGION_LIMITS_M, RegionControls,
+};
 pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
 pub use dynaskin_body::MAX_SHAPE_COEFFICIENT;
 pub use dynaskin_conditioning::{Diagnosis, PoseSource};

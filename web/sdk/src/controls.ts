@@ -15,7 +15,9 @@ export interface RegionControls {
   damping: number;
   /**
    * No offset is longer than this, in centimetres, 0 to 20. Up to half of it offsets are left alone;
-   * longer ones approach it smoothly.
+   * longer ones approach it smoothly. At first chest and belly have 17, buttocks 16, thighs 10, calves 3
+   * and upper arms 8: twice what the region reaches in the training data, but for the chest under the
+   * hardest punches.
    */
   limitCm: number;
 }
