@@ -20,7 +20,8 @@ pub struct Replacement {
 }
 
 impl Replacement {
-    /// Starts a file that will stand at `path`.
+    /// Starts a file that will stand at `path`. What runs that were killed left half written for the
+    /// same place is removed.
     ///
     /// # Errors
     /// [`FileError`] where its folder cannot be written to.
@@ -32,6 +33,8 @@ impl Replacement {
         };
         let mut prefix = std::ffi::OsString::from(".");
         prefix.push(path.file_name().unwrap_or_default());
+        // A folder that cannot be read may still be written to.
+        let _ = remove_half_written(folder, &prefix.to_string_lossy());
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(SUFFIX);
         #[cfg(unix)]
@@ -115,10 +118,15 @@ pub fn replace_all(files: &[(&Path, &[u8])]) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError`] where the folder cannot be read.
 pub fn remove_leftovers(folder: &Path) -> Result<usize, FileError> {
+    remove_half_written(folder, ".")
+}
+
+/// The same of those whose names begin with `prefix`.
+fn remove_half_written(folder: &Path, prefix: &str) -> Result<usize, FileError> {
     let entries = fs::read_dir(folder).map_err(FileError::io(folder, "reading"))?;
     let is_half_written = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with('.') && name.ends_with(SUFFIX)
+        name.starts_with(prefix) && name.ends_with(SUFFIX)
     };
     let half_written = entries
         .filter_map(|entry| Some(entry.ok()?.path()))
@@ -198,6 +206,15 @@ mod tests {
         replace(&ours, b"x").unwrap();
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&plain), mode(&ours));
+    }
+
+    #[test]
+    fn a_second_run_removes_what_a_killed_one_left_of_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(".me.binding1a2b3c.part"), "half").unwrap();
+        fs::write(folder.path().join(".other1a2b3c.part"), "half").unwrap();
+        replace(&folder.path().join("me.binding"), b"whole").unwrap();
+        assert_eq!(names(folder.path()), [".other1a2b3c.part", "me.binding"]);
     }
 
     #[test]
