@@ -14,9 +14,10 @@ use crate::messages::{FLOAT, GraphMessage, Length, TensorMessage, ValueInfo};
 /// largest planned, needs 0.15e9; a file above this would hang a page.
 const MAX_MULTIPLICATIONS: u64 = 1 << 30;
 
-/// Most numbers that all nodes of one run put out together: 256 MiB in single precision. The
-/// largest network of the project puts out 0.2e6.
-const MAX_OUTPUTS: usize = 1 << 26;
+/// Most numbers that all nodes of one run put out together: 16 MiB in single precision, of which
+/// reading, planning and running take some ten times as much. The largest network of the project puts out
+/// 0.2e6.
+const MAX_OUTPUTS: usize = 1 << 22;
 
 /// A value of the graph that is known so far.
 #[derive(Clone, Debug)]
