@@ -59,6 +59,7 @@ pub struct Surface {
     positions: Vec<f32>,
     normals: Vec<f32>,
     is_shown: bool,
+    gain: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -154,6 +155,14 @@ impl Player {
         }
     }
 
+    /// Makes a surface's changes so many times as large, for an engine that takes some of them away; 1 to
+    /// begin with.
+    pub fn set_gain(&mut self, surface: usize, gain: f32) {
+        if let Some(surface) = self.surfaces.get_mut(surface) {
+            surface.gain = gain;
+        }
+    }
+
     /// Takes over the body's offsets (metres, rest pose) and unit normals, `[vertex]`.
     pub fn update(&mut self, offsets_m: &[Vec3], normals: &[Vec3]) {
         if !self.surfaces.iter().any(|surface| surface.is_shown) {
@@ -232,6 +241,7 @@ impl Surface {
             positions: positions.to_vec(),
             normals: normals.to_vec(),
             is_shown: true,
+            gain: 1.0,
         })
     }
 
@@ -268,12 +278,13 @@ impl Surface {
                 offset = *turn * offset;
                 normal = *turn * normal;
             }
+            let share = moving.share * self.gain;
             let from = 3 * moving.vertex as usize;
             let still = load(&self.still_positions, from);
-            store(&mut self.positions, from, still + offset * moving.share);
+            store(&mut self.positions, from, still + offset * share);
             if has_normals {
                 let still = load(&self.still_normals, from);
-                let changed = still + normal * moving.share;
+                let changed = still + normal * share;
                 store(&mut self.normals, from, changed.normalize_or(still));
             }
         }

@@ -83,22 +83,58 @@ impl Rig {
             .iter()
             .map(|bone| rotation_of(bone.matrix3))
             .collect();
-        let bone_of = |joint: Joint| match self.joints[joint as usize] {
+        let hips_m = self.hips(world_from_bone) / self.units_per_m(world_from_bone);
+        self.posed(&rotations, hips_m / size, body_joints_m)
+    }
+
+    /// The bone that turns the pelvis.
+    pub fn pelvis_bone(&self) -> usize {
+        self.bone_of(Joint::Pelvis).unwrap_or(0)
+    }
+
+    /// How far the pelvis must be moved in the world for the avatar to stand where the body does.
+    ///
+    /// `world_from_bone`: of each of [`Self::bones`], turned as [`Self::world_rotations`] says.
+    /// `world_from_root`: of the avatar's root, in whose space the pose is meant.
+    pub fn move_to(
+        &self,
+        pose: &Pose,
+        world_from_bone: &[DAffine3],
+        world_from_root: &DAffine3,
+        size: f64,
+        body_joints_m: &[Vec3; JOINT_COUNT],
+    ) -> DVec3 {
+        let (pelvis_m, hips_from_pelvis_m) = hips_of(body_joints_m);
+        let hips_m = pose.parent_from_joint[0] * hips_from_pelvis_m + pelvis_m;
+        let hips_m = (hips_m + pose.root_translation_m) * size;
+        let root_units = world_from_root.matrix3.determinant().abs().cbrt();
+        let hips = hips_m * (self.units_per_m(world_from_bone) / root_units);
+        world_from_root.transform_point3(hips) - self.hips(world_from_bone)
+    }
+
+    fn bone_of(&self, joint: Joint) -> Option<usize> {
+        match self.joints[joint as usize] {
             Turned::By(bone) => Some(usize::from(bone)),
             _ => None,
-        };
-        let pelvis = bone_of(Joint::Pelvis).unwrap_or(0);
-        // Units of the world in a metre of the avatar.
-        let units = match (world_from_bone.get(pelvis), self.bones.get(pelvis)) {
+        }
+    }
+
+    /// Units of the world in a metre of the avatar.
+    fn units_per_m(&self, world_from_bone: &[DAffine3]) -> f64 {
+        let pelvis = self.pelvis_bone();
+        match (world_from_bone.get(pelvis), self.bones.get(pelvis)) {
             (Some(now), Some(bone)) => now.matrix3.determinant().abs().cbrt() / bone.size_m,
             _ => 1.0,
-        };
+        }
+    }
+
+    /// The middle between the hip joints in the world.
+    fn hips(&self, world_from_bone: &[DAffine3]) -> DVec3 {
         let hips: Vec<DVec3> = [Joint::LeftHip, Joint::RightHip]
             .into_iter()
-            .filter_map(|hip| Some(world_from_bone.get(bone_of(hip)?)?.translation))
+            .filter_map(|hip| Some(world_from_bone.get(self.bone_of(hip)?)?.translation))
             .collect();
-        let hips_m = hips.iter().sum::<DVec3>() / (hips.len().max(1) as f64 * units);
-        self.posed(&rotations, hips_m / size, body_joints_m)
+        hips.iter().sum::<DVec3>() / hips.len().max(1) as f64
     }
 
     /// `rotations`: world rotation of each bone, none for those that have none. `hips_m`: the middle
@@ -137,9 +173,7 @@ impl Rig {
             let above = parent.map_or(DQuat::IDENTITY, |parent| rotation[parent]);
             pose.parent_from_joint[idx] = (above.conjugate() * rotation[idx]).normalize();
         }
-        let at = |joint: Joint| body_joints_m[joint as usize].as_dvec3();
-        let pelvis_m = at(Joint::Pelvis);
-        let hips_from_pelvis_m = 0.5 * (at(Joint::LeftHip) + at(Joint::RightHip)) - pelvis_m;
+        let (pelvis_m, hips_from_pelvis_m) = hips_of(body_joints_m);
         pose.root_translation_m = hips_m - rotation[0] * hips_from_pelvis_m - pelvis_m;
         pose
     }
@@ -170,6 +204,14 @@ impl Rig {
             .map(|(bone, turn)| turn.unwrap_or(DQuat::IDENTITY) * bone.bind)
             .collect()
     }
+}
+
+/// Where the pelvis rests, and the way from there to the middle between the hips, metres.
+fn hips_of(body_joints_m: &[Vec3; JOINT_COUNT]) -> (DVec3, DVec3) {
+    let at = |joint: Joint| body_joints_m[joint as usize].as_dvec3();
+    let pelvis_m = at(Joint::Pelvis);
+    let hips_m = 0.5 * (at(Joint::LeftHip) + at(Joint::RightHip));
+    (pelvis_m, hips_m - pelvis_m)
 }
 
 /// The rotation nearest to a matrix, of a mirroring one that nearest to its negative; none where it

@@ -146,15 +146,18 @@ impl CoreTissue {
         self.player.show(surface, is_shown);
     }
 
+    /// Makes a surface's offsets so many times as large, for an engine that takes some of them away.
+    #[wasm_bindgen(js_name = setGain)]
+    pub fn set_gain(&mut self, surface: usize, gain: f32) {
+        self.player.set_gain(surface, gain);
+    }
+
     /// Moves the avatar on by `dt_seconds` to the pose of the bones, and the surfaces with it.
     ///
     /// # Errors
     /// Throws as `CoreAvatar.step`; the surfaces then stay as they are.
     pub fn step(&mut self, avatar: &mut CoreAvatar, dt_seconds: f64) -> Result<(), JsValue> {
-        let numbers = self.world_from_bone.as_chunks::<MATRIX>().0;
-        for (bone, numbers) in self.bones.iter_mut().zip(numbers) {
-            *bone = DAffine3::from_mat4(DMat4::from_cols_array(numbers));
-        }
+        self.read_bones();
         let binding = self.player.binding();
         let pose = {
             let inner = avatar.avatar.borrow();
@@ -174,6 +177,47 @@ impl CoreTissue {
             .update(avatar.offsets_rest_m(), avatar.normals_rest());
     }
 
+    /// How the bones turn for a pose of 99 numbers: quaternions in the space of the avatar's root,
+    /// `[bone][4]`. Parents come before children.
+    ///
+    /// # Errors
+    /// Throws `argument` for another length.
+    #[wasm_bindgen(js_name = rotationsOf)]
+    pub fn rotations_of(&self, pose: &[f64]) -> Result<Vec<f64>, JsValue> {
+        let pose = pose::from_numbers(pose)?;
+        let rotations = self.player.binding().rig.world_rotations(&pose);
+        Ok(rotations.iter().flat_map(|turn| turn.to_array()).collect())
+    }
+
+    /// The bone that turns the pelvis, and how far to move it in the world so that the avatar, its bones
+    /// turned and written, stands where a pose says in the space of its root (a matrix of 16 numbers).
+    ///
+    /// # Errors
+    /// Throws `argument` for arrays of another length.
+    #[wasm_bindgen(js_name = moveTo)]
+    pub fn move_to(
+        &mut self,
+        avatar: &CoreAvatar,
+        pose: &[f64],
+        world_from_root: &[f64],
+    ) -> Result<Vec<f64>, JsValue> {
+        let pose = pose::from_numbers(pose)?;
+        let Ok(root) = <&[f64; MATRIX]>::try_from(world_from_root) else {
+            return Err(Thrown::argument("A matrix has 16 numbers.".to_owned()).into());
+        };
+        self.read_bones();
+        let binding = self.player.binding();
+        let avatar = avatar.avatar.borrow();
+        let by = binding.rig.move_to(
+            &pose,
+            &self.bones,
+            &DAffine3::from_mat4(DMat4::from_cols_array(root)),
+            f64::from(binding.size),
+            avatar.joints_rest_m(),
+        );
+        Ok(vec![binding.rig.pelvis_bone() as f64, by.x, by.y, by.z])
+    }
+
     /// The pose of the bones as they were written, 99 numbers.
     ///
     /// # Errors
@@ -187,6 +231,15 @@ impl CoreTissue {
         let mut numbers = vec![0.0; pose::POSE_LENGTH];
         pose::to_numbers(&found, &mut numbers)?;
         Ok(numbers)
+    }
+}
+
+impl CoreTissue {
+    fn read_bones(&mut self) {
+        let numbers = self.world_from_bone.as_chunks::<MATRIX>().0;
+        for (bone, numbers) in self.bones.iter_mut().zip(numbers) {
+            *bone = DAffine3::from_mat4(DMat4::from_cols_array(numbers));
+        }
     }
 }
 

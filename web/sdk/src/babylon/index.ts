@@ -1,11 +1,17 @@
 /**
- * dynaskin in Babylon.js: a skinned mesh whose soft tissue follows its bones. Works with the WebGL
- * and the WebGPU engine, in left- and right-handed scenes.
+ * dynaskin in Babylon.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of this
+ * package's models, {@link bindAvatar} and {@link AvatarTissue} anybody's avatar. Works with the WebGL and
+ * the WebGPU engine, in left- and right-handed scenes.
  *
  * @module
  */
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
+export { Binding, type BindingReport } from "../bind/binding.js";
+export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
+export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
+export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
+export type { Humanoid } from "./read-avatar.js";
 
 import type { Bone } from "@babylonjs/core/Bones/bone.js";
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";

@@ -1,6 +1,7 @@
 /**
- * dynaskin in three.js: a skinned mesh whose soft tissue follows its bones. Works with
- * `WebGLRenderer` and `WebGPURenderer`.
+ * dynaskin in three.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of this package's
+ * models, {@link bindAvatar} and {@link AvatarTissue} anybody's avatar. Works with `WebGLRenderer` and
+ * `WebGPURenderer`.
  *
  * @module
  */
@@ -24,6 +25,11 @@ import { JOINT_NAMES, type Pose } from "../pose.js";
 
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
+export { Binding, type BindingReport } from "../bind/binding.js";
+export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
+export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
+export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
+export type { HumanoidSource } from "./read-avatar.js";
 
 const position = new Vector3();
 const scale = new Vector3();
