@@ -1,5 +1,5 @@
 import { type Model, Motion } from "dynaskin";
-import { AvatarTissue, Binding, bindAvatar, type BindOptions } from "dynaskin/three";
+import { AvatarTissue, Binding, type BindOptions, bindAvatar } from "dynaskin/three";
 import * as THREE from "three";
 import { clone } from "three/addons/utils/SkeletonUtils.js";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";

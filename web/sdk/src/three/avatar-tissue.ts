@@ -10,8 +10,8 @@ import {
   type Sphere,
   Vector3,
 } from "three";
-import type { Binding } from "../bind/binding.js";
 import { type BindOptions as AnyBindOptions, bindParts } from "../bind/bind.js";
+import type { Binding } from "../bind/binding.js";
 import {
   type AvatarRig,
   type AvatarSurface,
@@ -100,8 +100,8 @@ export class AvatarTissue extends TissueDriver<SkinnedMesh> {
 /** Of a geometry of ours: the one that it stands for, also on clones. */
 const sources = new WeakMap<BufferGeometry, BufferGeometry>();
 
-/** Tissue moves vertices at most so far, metres; bounds are that much larger. */
-const REACH_M = 0.1;
+/** Bounds of a geometry with tissue, against those without: offsets reach some centimetres. */
+const ENLARGED = 1.2;
 
 const matrix = new Matrix4();
 const rotation = new Quaternion();
@@ -309,10 +309,7 @@ function numbering(): (object: object | null | undefined) => number {
 }
 
 /** How much of the tissue each vertex takes; empty where it is all of it. */
-function sharesOf(
-  mesh: SkinnedMesh,
-  options: TissueOptions<SkinnedMesh, Material>,
-): Float32Array {
+function sharesOf(mesh: SkinnedMesh, options: TissueOptions<SkinnedMesh, Material>): Float32Array {
   const geometry = sourceOf(mesh);
   const { count } = geometry.getAttribute("position");
   const of = materialsOf(mesh).map((material) => shareOf(options, mesh, material));
@@ -353,7 +350,6 @@ function withAttributes(
   }
   geometry.setDrawRange(source.drawRange.start, source.drawRange.count);
   geometry.boundingSphere = enlarged(source.boundingSphere);
-  geometry.boundingBox = source.boundingBox?.clone().expandByScalar(REACH_M) ?? null;
   return geometry;
 }
 
@@ -364,7 +360,7 @@ function morphsOf(source: BufferGeometry): BufferGeometry["morphAttributes"] {
   for (const [name, targets] of Object.entries(source.morphAttributes)) {
     const base = source.getAttribute(name);
     const still = base ? vectorsOf(base) : null;
-    morphs[name as keyof typeof morphs] = targets.map((target) => {
+    morphs[name as keyof typeof morphs] = (targets ?? []).map((target) => {
       if (!still || name === "color") return target as BufferAttribute;
       const relative = vectorsOf(target).map((number, idx) => number - (still[idx] ?? 0));
       return Object.assign(new BufferAttribute(relative, 3), { name: target.name });
@@ -375,6 +371,6 @@ function morphsOf(source: BufferGeometry): BufferGeometry["morphAttributes"] {
 
 function enlarged(sphere: Sphere | null): Sphere | null {
   const larger = sphere?.clone() ?? null;
-  if (larger && larger.radius >= 0) larger.radius += REACH_M;
+  if (larger) larger.radius *= ENLARGED;
   return larger;
 }

@@ -129,7 +129,12 @@ function four(attribute: Attribute | undefined, count: number): number[] {
   if (!attribute) return [];
   const numbers: number[] = [];
   for (let idx = 0; idx < count; idx += 1) {
-    numbers.push(attribute.getX(idx), attribute.getY(idx), attribute.getZ(idx), attribute.getW(idx));
+    numbers.push(
+      attribute.getX(idx),
+      attribute.getY(idx),
+      attribute.getZ(idx),
+      attribute.getW(idx),
+    );
   }
   return numbers;
 }
