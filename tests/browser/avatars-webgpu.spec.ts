@@ -6,3 +6,6 @@ test.skip(!process.env.DISPLAY, "WebGPU canvases need a display (xvfb-run)");
 
 test("an avatar is bound and moves in three.js with WebGPURenderer", ({ page }) =>
   expectTissue(page, "three", true));
+
+test("an avatar is bound and moves in Babylon.js with WebGPU", ({ page }) =>
+  expectTissue(page, "babylon", true));

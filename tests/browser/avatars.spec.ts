@@ -4,3 +4,6 @@ import { expectTissue } from "./avatars.js";
 
 test("an avatar is bound and moves in three.js with WebGLRenderer", ({ page }) =>
   expectTissue(page, "three", false));
+
+test("an avatar is bound and moves in Babylon.js with WebGL", ({ page }) =>
+  expectTissue(page, "babylon", false));
