@@ -5,6 +5,7 @@ import {
   Box3,
   type BufferAttribute,
   Group,
+  Matrix4,
   Mesh,
   type Object3D,
   Raycaster,
@@ -374,6 +375,53 @@ describe("meshes that do not fit", () => {
     skin.update(1 / 60);
     expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(2e-6);
     skin.dispose();
+    avatar.dispose();
+  });
+
+  it("vertices that are not where the body's are", async () => {
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const count = 6890;
+    const { mesh: whole } = await loadBody();
+    const backwards = Array.from({ length: count }, (_, idx) => count - 1 - idx);
+    await expectError("argument", () => new DynaSkin(avatar, whole, { vertexMap: backwards }));
+
+    // A packer that writes vertices in another order.
+    const { mesh: renumbered } = await loadBody();
+    const { array } = renumbered.geometry.getAttribute("position");
+    const order = Array.from({ length: count }, (_, idx) => (idx * 7) % count);
+    const before = array.slice();
+    for (const [idx, from] of order.entries()) {
+      array.set(before.subarray(3 * from, 3 * from + 3), 3 * idx);
+    }
+    const refusal = await expectError("argument", () => new DynaSkin(avatar, renumbered));
+    expect(refusal.message).toContain("renumbered");
+    const map = order.map((_, idx) => order[idx] as number);
+    new DynaSkin(avatar, renumbered, { vertexMap: map }).dispose();
+
+    // Units that lie beside each other: rest at kilometres, as Blender writes quantised files.
+    const { mesh: large } = await loadBody();
+    large.geometry.getAttribute("position").array.forEach((number, idx, all) => {
+      all[idx] = 10_000 * number;
+    });
+    await expectError("argument", () => new DynaSkin(avatar, large));
+
+    // VRM 0.x faces -Z: bones without rotations do not say so.
+    const { mesh: turned } = await loadBody();
+    const half = new Matrix4().makeRotationY(Math.PI);
+    for (const inverse of turned.skeleton.boneInverses) {
+      const place = new Vector3().setFromMatrixPosition(inverse.clone().invert());
+      const scale = new Vector3().setFromMatrixScale(inverse);
+      const size = new Matrix4().makeScale(1 / scale.x, 1 / scale.y, 1 / scale.z);
+      inverse.copy(new Matrix4().setPosition(place.applyMatrix4(half)).multiply(size)).invert();
+    }
+    turned.geometry.applyMatrix4(half);
+    await expectError("argument", () => new DynaSkin(avatar, turned));
+
+    // Whatever its shape, the body's own mesh is taken.
+    const extreme = model.createAvatar({ shape: [5, -4, 3, -3, 2, 2, -2, 2, -2, 2] });
+    const { mesh } = await loadBody();
+    new DynaSkin(extreme, mesh).dispose();
+    extreme.dispose();
     avatar.dispose();
   });
 });

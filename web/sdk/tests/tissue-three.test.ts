@@ -202,7 +202,7 @@ describe("AvatarTissue in three.js", () => {
       mesh.morphTargetInfluences = [0.5];
       const tissue = new AvatarTissue(model, root, binding);
       hop(tissue, undefined, 30);
-        const { geometry } = mesh;
+      const { geometry } = mesh;
       const target = geometry.morphAttributes.position?.[0];
       expect(geometry.morphTargetsRelative).toBe(true);
       for (const idx of [100, 3000, 5000]) {

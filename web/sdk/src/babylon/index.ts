@@ -24,6 +24,7 @@ import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { vectorsOf } from "./read-avatar.js";
 
 /** A bone and the node of the scene that moves it. */
 interface Joint {
@@ -91,6 +92,14 @@ class BabylonRig implements EngineRig {
     this.bindPelvisM = bindPositionM(this.#joint(0).bone).asArray() as [number, number, number];
     this.positions = new Float32Array(mesh.getTotalVertices() * 3);
     this.normals = new Float32Array(mesh.getTotalVertices() * 3);
+  }
+
+  restFromPelvisM(): Float32Array {
+    const pelvisM = bindPositionM(this.#joint(0).bone).asArray();
+    const perM = scale.asArray();
+    return vectorsOf(this.#mesh, VertexBuffer.PositionKind).map(
+      (number, idx) => number / (perM[idx % 3] ?? 1) - (pelvisM[idx % 3] ?? 0),
+    );
   }
 
   attach(): void {

@@ -22,6 +22,7 @@ import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { vectorsOf } from "./read-avatar.js";
 
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
@@ -101,6 +102,15 @@ class ThreeRig implements EngineRig {
       skeleton.bones,
       skeleton.boneInverses.map((inverse) => inverse.clone()),
     );
+  }
+
+  restFromPelvisM(): Float32Array {
+    const { geometry, skeleton, bindMatrix } = this.#mesh;
+    bindMatrixOf(this.#bones[0], skeleton, bindMatrix).decompose(position, quaternion, scale);
+    return vectorsOf(geometry.getAttribute("position")).map((number, idx) => {
+      const axis = idx % 3;
+      return (number - position.getComponent(axis)) / scale.getComponent(axis);
+    });
   }
 
   attach(): void {
