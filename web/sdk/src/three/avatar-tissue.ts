@@ -35,7 +35,7 @@ import {
 /** How an avatar of three.js is bound. */
 export interface BindOptions extends AnyBindOptions {
   /** What three-vrm's `VRMLoaderPlugin` gives as `gltf.userData.vrm`: it says which bones are a person's. */
-  vrm?: HumanoidSource;
+  vrm?: HumanoidSource | undefined;
 }
 
 /**
