@@ -1,18 +1,32 @@
-//! What a frame plays is what the binding says; and the file that pages compare their frames with.
+//! What a frame plays is what the binding says; and the numbers that pages compare their frames with.
 
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{Case, body};
-use dynaskin_avatars::{RECIPES, Recipe};
-use dynaskin_bind::{Binding, BindingError, Player};
+use dynaskin_binding::{Binding, BindingError, Player};
 use dynaskin_body::BodyModel;
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
 use serde_json::{Value, json};
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(name)
+}
+
+fn body() -> BodyModel {
+    BodyModel::from_glb(&std::fs::read(file("models/female/body.glb")).unwrap()).unwrap()
+}
+
+/// The binding of an avatar of two meshes in centimetres: `web/sdk/tests/played.test.ts` says which.
+fn bound() -> (BodyModel, Binding) {
+    let body = body();
+    let bytes = std::fs::read(file("tests/golden/played.binding")).unwrap();
+    let binding = Binding::from_bytes(&bytes, &body).unwrap();
+    (body, binding)
+}
 
 /// Rough offsets: they cannot be right by chance.
 fn rough_m(body: &BodyModel) -> Vec<Vec3> {
@@ -26,12 +40,6 @@ fn rough_m(body: &BodyModel) -> Vec<Vec3> {
         (0.02 * wave).as_vec3()
     };
     (0..body.vertex_count()).map(wave).collect()
-}
-
-fn binding(name: &str) -> (BodyModel, Binding) {
-    let recipe: &Recipe = RECIPES.iter().find(|recipe| recipe.name == name).unwrap();
-    let case = Case::new(recipe);
-    (case.body, case.bound.binding)
 }
 
 /// A player with every mesh at zero, its normals up.
@@ -50,36 +58,38 @@ fn player(body: &BodyModel, binding: &Binding, shares: &[f32]) -> Player {
 
 #[test]
 fn a_frame_is_what_the_binding_says() {
-    for name in ["armature-garment", "quantised-seams", "centimetres-t"] {
-        let (body, binding) = binding(name);
-        let offsets_m = rough_m(&body);
-        let mut player = player(&body, &binding, &[]);
-        player.update(&offsets_m, &vec![Vec3::Y; body.vertex_count()]);
-        let of_rows = binding.row_offsets_m(&offsets_m);
-        for (mesh, surface) in binding.meshes.iter().zip(player.surfaces()) {
-            let mut wanted = vec![Vec3::ZERO; mesh.vertex_count as usize];
-            for (vertex, offset) in mesh.vertices.iter().zip(mesh.offsets(&of_rows)) {
-                wanted[*vertex as usize] = offset;
-            }
-            // A metre in the mesh's own unit.
-            let unit = mesh.mesh_from_root.determinant().abs().cbrt();
-            let found = surface.positions().as_chunks::<3>().0;
-            for (found, wanted) in found.iter().zip(&wanted) {
-                let error_m = Vec3::from_array(*found).distance(*wanted) / unit;
-                assert!(error_m < 1e-6, "{name}: {error_m} m");
-            }
-            assert!(wanted.iter().any(|offset| offset.length() > 0.005 * unit));
-            assert_eq!(surface.moving_count(), mesh.vertices.len());
-            // The body's normals have not changed.
-            let normals = surface.normals().as_chunks::<3>().0;
-            assert!(normals.iter().all(|normal| *normal == [0.0, 1.0, 0.0]));
+    let (body, mut binding) = bound();
+    let offsets_m = rough_m(&body);
+    // One mesh as it is, one whose joints were bound in different poses.
+    let turned = binding.meshes[1].vertices.iter();
+    let turn = |vertex: &u32| Quat::from_rotation_x(0.01 * *vertex as f32);
+    binding.meshes[1].turns = turned.map(turn).collect();
+    let mut player = player(&body, &binding, &[]);
+    player.update(&offsets_m, &vec![Vec3::Y; body.vertex_count()]);
+    let of_rows = binding.row_offsets_m(&offsets_m);
+    for (mesh, surface) in binding.meshes.iter().zip(player.surfaces()) {
+        let mut wanted = vec![Vec3::ZERO; mesh.vertex_count as usize];
+        for (vertex, offset) in mesh.vertices.iter().zip(mesh.offsets(&of_rows)) {
+            wanted[*vertex as usize] = offset;
         }
+        // A metre in the mesh's own unit.
+        let unit = mesh.mesh_from_root.determinant().abs().cbrt();
+        let found = surface.positions().as_chunks::<3>().0;
+        for (found, wanted) in found.iter().zip(&wanted) {
+            let error_m = Vec3::from_array(*found).distance(*wanted) / unit;
+            assert!(error_m < 1e-6, "{}: {error_m} m", mesh.name);
+        }
+        assert!(wanted.iter().any(|offset| offset.length() > 0.005 * unit));
+        assert_eq!(surface.moving_count(), mesh.vertices.len());
+        // The body's normals have not changed.
+        let normals = surface.normals().as_chunks::<3>().0;
+        assert!(normals.iter().all(|normal| *normal == [0.0, 1.0, 0.0]));
     }
 }
 
 #[test]
 fn normals_turn_as_those_of_the_body() {
-    let (body, binding) = binding("unreal-a-garment");
+    let (body, binding) = bound();
     let mut player = player(&body, &binding, &[]);
     let zero = vec![Vec3::ZERO; body.vertex_count()];
     let tilted = Vec3::new(0.0, 1.0, 0.5).normalize();
@@ -96,7 +106,7 @@ fn normals_turn_as_those_of_the_body() {
 
 #[test]
 fn shares_and_hidden_surfaces() {
-    let (body, binding) = binding("mixamo-t");
+    let (body, binding) = bound();
     let (offsets_m, up) = (rough_m(&body), vec![Vec3::Y; body.vertex_count()]);
     let count = binding.meshes[0].vertex_count as usize;
     let played = |shares: &[f32], is_shown: bool| {
@@ -107,7 +117,7 @@ fn shares_and_hidden_surfaces() {
     };
     let whole = played(&[], true);
     let half = played(&vec![0.5; count], true);
-    let is_half = |(whole, half): (&f32, &f32)| (whole * 0.5 - half).abs() < 1e-6;
+    let is_half = |(whole, half): (&f32, &f32)| (whole * 0.5 - half).abs() < 1e-4;
     assert!(whole.iter().zip(&half).all(is_half));
     assert!(played(&vec![0.0; count], true).iter().all(|x| *x == 0.0));
     assert!(played(&[], false).iter().all(|x| *x == 0.0));
@@ -116,7 +126,7 @@ fn shares_and_hidden_surfaces() {
 
 #[test]
 fn surfaces_of_another_size_are_refused() {
-    let (body, binding) = binding("mixamo-t");
+    let (body, binding) = bound();
     let mut player = Player::new(binding, &body, &vec![Vec3::Y; body.vertex_count()]);
     let refused = player.add_surface(0, &[0.0; 9], &[], &[]).unwrap_err();
     assert!(matches!(refused, BindingError::Surface { .. }), "{refused}");
@@ -127,7 +137,7 @@ fn surfaces_of_another_size_are_refused() {
 /// The bones of the body's own pose, as an engine has them: the avatar's root turned, moved and scaled.
 #[test]
 fn where_the_root_stands_and_how_large_it_is() {
-    let (body, binding) = binding("centimetres-t");
+    let (body, binding) = bound();
     let rig = &binding.rig;
     let size = f64::from(binding.size);
     let joints_m = body.shaped(&binding.shape).joints_m;
@@ -164,12 +174,6 @@ fn where_the_root_stands_and_how_large_it_is() {
     }
 }
 
-fn golden(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../tests/golden")
-        .join(name)
-}
-
 /// Offsets of every 25th vertex that moves, as the binding says they are.
 fn sampled(binding: &Binding, body: &BodyModel) -> Value {
     let of_rows = binding.row_offsets_m(&rough_m(body));
@@ -181,19 +185,14 @@ fn sampled(binding: &Binding, body: &BodyModel) -> Value {
     Value::from_iter(meshes)
 }
 
-/// `DYNASKIN_WRITE_GOLDEN=1` writes the files anew: after a change of the body or of the format.
+/// `DYNASKIN_WRITE_GOLDEN=1` writes the numbers anew, after the binding.
 #[test]
 fn what_pages_compare_their_frames_with() {
-    let (file, numbers) = (golden("played.binding"), golden("played.json"));
+    let numbers = file("tests/golden/played.json");
+    let (body, binding) = bound();
     if std::env::var_os("DYNASKIN_WRITE_GOLDEN").is_some() {
-        let (body, binding) = binding("armature-garment");
-        std::fs::write(&file, binding.to_bytes()).unwrap();
-        // As it is stored.
-        let binding = Binding::from_bytes(&binding.to_bytes(), &body).unwrap();
         std::fs::write(&numbers, format!("{}\n", sampled(&binding, &body))).unwrap();
     }
-    let body = body("female");
-    let binding = Binding::from_bytes(&std::fs::read(file).unwrap(), &body).unwrap();
     let written: Value = serde_json::from_slice(&std::fs::read(numbers).unwrap()).unwrap();
     let flat = |value: &Value| -> Vec<f64> {
         let meshes = value.as_array().into_iter().flatten();
@@ -206,6 +205,7 @@ fn what_pages_compare_their_frames_with() {
     assert_eq!(written.len(), now.len());
     assert!(written.len() > 400);
     for (written, now) in written.iter().zip(&now) {
-        assert!((written - now).abs() < 1e-6, "{written} {now}");
+        // Centimetres.
+        assert!((written - now).abs() < 1e-4, "{written} {now}");
     }
 }
