@@ -1,4 +1,4 @@
-// Builds the two wasm files and their JavaScript glue into web/sdk/src/wasm, and the demo's core, which
+// Builds the three wasm files and their JavaScript glue into web/sdk/src/wasm, and the demo's core, which
 // has the code of the compared methods, into web/demo/wasm.
 import { createHash } from "node:crypto";
 import {
@@ -37,7 +37,7 @@ export function isPublished() {
   return existsSync(PROFILE_STAMP) && readFileSync(PROFILE_STAMP, "utf8") === PUBLISHED;
 }
 
-/** Two files, so that pages with an engine of their own never download wgpu. */
+/** Files of their own, so that pages with an engine never download wgpu, and only those that bind avatars what binds. */
 export const WASM_FILES = [
   { name: "core", package: "dynaskin-wasm", library: "dynaskin_wasm", optimise: "-O3" },
   {
@@ -45,6 +45,12 @@ export const WASM_FILES = [
     package: "dynaskin-wasm-render",
     library: "dynaskin_wasm_render",
     optimise: "-Os",
+  },
+  {
+    name: "bind",
+    package: "dynaskin-wasm-bind",
+    library: "dynaskin_wasm_bind",
+    optimise: "-O3",
   },
 ];
 

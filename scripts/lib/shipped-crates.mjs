@@ -9,7 +9,7 @@ export const NOTICES = join(SDK, "THIRD_PARTY_NOTICES.txt");
 export const SBOM = join(SDK, "sbom.cdx.json");
 
 /** The crates of the WebAssembly files, and the target they are compiled for. */
-export const WASM_CRATES = ["dynaskin-wasm", "dynaskin-wasm-render"];
+export const WASM_CRATES = ["dynaskin-wasm", "dynaskin-wasm-bind", "dynaskin-wasm-render"];
 export const WASM_TARGET = "wasm32-unknown-unknown";
 
 /**

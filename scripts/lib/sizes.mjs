@@ -24,6 +24,7 @@ export const PARTS = [
   { name: "icon", has: (path) => path.endsWith(".svg"), firstView: true },
   { name: "core wasm", has: (path) => /(^|\/)core_bg.*\.wasm$/.test(path), firstView: true },
   { name: "renderer wasm", has: (path) => /renderer_bg.*\.wasm$/.test(path), firstView: true },
+  { name: "bind wasm", has: (path) => /bind_bg.*\.wasm$/.test(path), firstView: false },
   { name: "female model", has: isModelFile("female"), firstView: true },
   { name: "male model", has: isModelFile("male"), firstView: false },
   {

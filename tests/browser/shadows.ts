@@ -1,18 +1,8 @@
 import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, type Page } from "@playwright/test";
-import { PICTURES, REPOSITORY_URL } from "./places.js";
-
-const IMPORTS = {
-  "@babylonjs/core/": "/node_modules/@babylonjs/core/",
-  "@babylonjs/loaders/": "/node_modules/@babylonjs/loaders/",
-  dynaskin: "/web/sdk/dist/index.js",
-  "dynaskin/babylon": "/web/sdk/dist/babylon/index.js",
-  "dynaskin/three": "/web/sdk/dist/three/index.js",
-  three: "/node_modules/three/build/three.module.js",
-  "three/webgpu": "/node_modules/three/build/three.webgpu.js",
-  "three/addons/": "/node_modules/three/examples/jsm/",
-};
+import { openModules } from "./modules.js";
+import { PICTURES } from "./places.js";
 
 /** What `compareShadows` in shadow/stage.js gives. */
 interface Shadows {
@@ -28,16 +18,7 @@ export async function expectShadows(
   engine: "three" | "babylon",
   webgpu: boolean,
 ): Promise<void> {
-  const problems: string[] = [];
-  page.on("pageerror", (error) => problems.push(error.message));
-  await page.route("**/shadow", (route) =>
-    route.fulfill({
-      contentType: "text/html",
-      body: `<!doctype html><title>shadow</title><link rel="icon" href="data:,">
-        <script type="importmap">${JSON.stringify({ imports: IMPORTS })}</script>`,
-    }),
-  );
-  await page.goto(`${REPOSITORY_URL}/shadow`);
+  const problems = await openModules(page, "shadow");
   const shadows = (await page.evaluate(
     async ([name, gpu]) => {
       const module = await import(`${location.origin}/tests/browser/shadow/${name}.js`);

@@ -1,5 +1,9 @@
 //! An avatar as a file or an engine gives it: nodes, skinned meshes, who is who.
 
+use std::collections::HashMap;
+
+use dynaskin_binding::{Binding, BindingError, fingerprint_of_body};
+use dynaskin_body::BodyModel;
 use glam::{DAffine3, Vec3};
 
 use crate::BindError;
@@ -99,6 +103,42 @@ impl Avatar {
     }
 }
 
+impl Avatar {
+    /// Says what nodes are taken for a part of a person by: VRM's names of them (`humanoid`: node and
+    /// name) where there are any, else their own, of joints alone.
+    pub fn name_parts(&mut self, mut humanoid: HashMap<usize, String>) {
+        let mut is_joint = vec![false; self.nodes.len()];
+        for joint in self.meshes.iter().flat_map(|mesh| &mesh.joints) {
+            if let Some(is_joint) = is_joint.get_mut(*joint) {
+                *is_joint = true;
+            }
+        }
+        let by_name = humanoid.is_empty();
+        for (idx, (node, is_joint)) in self.nodes.iter_mut().zip(is_joint).enumerate() {
+            node.part_name = match humanoid.remove(&idx) {
+                Some(name) => name,
+                None if by_name && is_joint => node.name.trim().to_owned(),
+                None => String::new(),
+            };
+        }
+    }
+
+    /// Refuses a binding of another avatar or body.
+    ///
+    /// # Errors
+    /// [`BindError::Binding`].
+    pub fn check_binding(&self, binding: &Binding, body: &BodyModel) -> Result<(), BindError> {
+        let is_bound = |mesh: &SkinnedMesh| binding.mesh_of(&mesh.positions).is_some();
+        if !self.meshes.iter().all(is_bound) {
+            return Err(BindingError::AnotherFile { what: "avatar" }.into());
+        }
+        if binding.body != fingerprint_of_body(body) {
+            return Err(BindingError::AnotherFile { what: "body" }.into());
+        }
+        Ok(())
+    }
+}
+
 impl SkinnedMesh {
     fn check(&self, node_count: usize) -> Result<(), BindError> {
         let name = &self.name;
@@ -141,7 +181,7 @@ impl SkinnedMesh {
     }
 }
 
-fn wrong(place: String, expected: &str) -> BindError {
+pub(crate) fn wrong(place: String, expected: &str) -> BindError {
     dynaskin_glb::GlbError::new(place, expected).into()
 }
 
@@ -154,5 +194,20 @@ fn check_numbers(numbers: &[f64], place: impl Fn() -> String) -> Result<(), Bind
             place: place(),
             found: *found,
         }),
+    }
+}
+
+/// Whether a triangle has three corners.
+pub(crate) fn is_face(face: &[u32; 3]) -> bool {
+    face[0] != face[1] && face[1] != face[2] && face[2] != face[0]
+}
+
+impl Influences {
+    /// Weights that are negative count 0; the others sum to 1.
+    pub(crate) fn normalise(&mut self) {
+        let sum: f32 = self.weights.iter().map(|weight| weight.max(0.0)).sum();
+        if sum > 0.0 && sum.is_finite() {
+            self.weights = self.weights.map(|weight| weight.max(0.0) / sum);
+        }
     }
 }

@@ -1,5 +1,9 @@
 //! The whole way from an avatar to its binding.
 
+use dynaskin_binding::{
+    Binding, CLOSE_M, MeshBinding, MeshReport, Proportions, RegionOff, Report, Rows,
+    fingerprint_of_body, fingerprint_of_mesh, rotation_of,
+};
 use dynaskin_body::{BodyModel, REGION_COUNT, Region};
 use dynaskin_motion::Drive;
 use dynaskin_skeleton::Joint;
@@ -9,18 +13,16 @@ use crate::BindError;
 use crate::align::alignment;
 use crate::avatar::{Avatar, SkinnedMesh};
 use crate::basis::Placement;
-use crate::bind_pose::rotation_of;
-use crate::binding::{Binding, MeshBinding, Rows, fingerprint_of_avatar, fingerprint_of_body};
 use crate::bones::Bones;
 use crate::correspond::{Link, Places};
+use crate::double_motion::is_tissue_bone;
 use crate::drape::draped;
 use crate::fit::fit_shape;
 use crate::inpaint;
 use crate::limbs::{FittedBody, fit_limbs};
 use crate::parts::Part;
-use crate::proportions::{GUARDED_CROWN_TO_SHOULDER, GUARDED_MEDIAN_M, Proportions};
-use crate::report::{CLOSE_M, MeshReport, RegionOff, Report, is_tissue_bone};
-use crate::rig::Rig;
+use crate::proportions::{self, GUARDED_CROWN_TO_SHOULDER, GUARDED_MEDIAN_M};
+use crate::rig::rig;
 use crate::rows::{Row, rows};
 use crate::samples::Samples;
 use crate::skin::Skin;
@@ -70,6 +72,19 @@ pub struct Bound {
 /// [`BindError::NoSurface`] and [`BindError::NoFit`] for what is no person in a skin; as
 /// [`Avatar::check`]; [`BindError::Body`] for a body without soft regions.
 pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<Bound, BindError> {
+    bind_watched(avatar, body, options, &mut |_| {})
+}
+
+/// As [`bind`]; `progress` is told the fraction that is done.
+///
+/// # Errors
+/// As [`bind`].
+pub fn bind_watched(
+    avatar: &Avatar,
+    body: &BodyModel,
+    options: &BindOptions,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Bound, BindError> {
     if options.depicts.as_deref() != Some("adult") {
         return Err(BindError::Undeclared {
             declared: options.depicts.clone(),
@@ -85,20 +100,26 @@ pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<
     let bones = Bones::find(avatar, &options.bones)?;
     let skin = Skin::new(avatar, &bones)?;
     let largest: Vec<Option<Part>> = skin.parts.iter().map(|parts| parts.largest()).collect();
-    let proportions = Proportions::new(&bones, &skin.positions_m, &largest);
-    proportions.check()?;
+    let proportions = proportions::measured(&bones, &skin.positions_m, &largest);
+    proportions::check(&proportions)?;
+    progress(0.1);
 
     let samples = Samples::new(body, &skin);
     let turns = alignment(&bones, &body.joint_template_m);
     let placement = fit_shape(body, &bones, &samples, &turns)?;
+    progress(0.3);
     let fitted = fit_limbs(body, &bones, &samples, &placement, turns)?;
+    progress(0.45);
     let draped_m = draped(body, &samples, &fitted.positions_m)?;
+    progress(0.6);
     let places = Places::new(body, &draped_m, &fitted.positions_m);
     let mut links = places.links(&skin);
     let closeness = Closeness::new(&skin, &places, &links);
     let distance_m = |link: &Option<Link>| link.map_or(f32::NAN, |link| link.distance_m);
     let distances_m = links.iter().map(distance_m).collect();
+    progress(0.75);
     inpaint::fill(&skin, &places, &mut links)?;
+    progress(0.9);
     let regions_off = regions_off(&proportions, &closeness);
     let rows = rows(&skin, &links, &takes(body, !regions_off.is_empty()));
     Ok(assembled(&Found {
@@ -159,7 +180,7 @@ impl Closeness {
 
 /// Chest and buttocks, where proportions or fit do not show an adult for sure. No option turns them on.
 fn regions_off(proportions: &Proportions, closeness: &Closeness) -> Vec<RegionOff> {
-    let reason = if proportions.is_guarded() {
+    let reason = if proportions::is_guarded(proportions) {
         format!(
             "crown to shoulder is {:.3} of the stature, {GUARDED_CROWN_TO_SHOULDER} and more",
             proportions.crown_to_shoulder
@@ -217,7 +238,7 @@ struct Found<'a> {
 }
 
 fn assembled(found: &Found<'_>) -> Bound {
-    let rig = Rig::new(found.avatar, &found.bones, found.fitted.turns);
+    let rig = rig(found.avatar, &found.bones, found.fitted.turns);
     // Rows are numbered in the order in which vertices first need them.
     let mut number: Vec<Option<u32>> = vec![None; found.rows.len()];
     let mut kept: Vec<&[(u16, f32)]> = Vec::new();
@@ -263,7 +284,6 @@ fn assembled(found: &Found<'_>) -> Bound {
     let report = found.report(&meshes);
     Bound {
         binding: Binding {
-            avatar: fingerprint_of_avatar(found.avatar),
             body: fingerprint_of_body(found.body),
             shape: found.placement.shape.map(|beta| beta as f32),
             size: found.placement.size as f32,
@@ -309,6 +329,7 @@ impl Found<'_> {
             .all(|turn| turn.angle_between(Quat::IDENTITY) < SAME_TURN);
         MeshBinding {
             name: mesh.name.clone(),
+            fingerprint: fingerprint_of_mesh(&mesh.positions),
             vertex_count: mesh.positions.len() as u32,
             vertices,
             rows,

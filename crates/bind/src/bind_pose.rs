@@ -4,7 +4,7 @@
 //! the file is loaded. The pelvis stands at one place in both, which leads from the one to the other. In
 //! that pose a mesh is as its author made it, whatever quantisation or armature's scale its matrices hold.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::avatar::{Avatar, Influences, SkinnedMesh};
 
@@ -117,25 +117,4 @@ fn filled(avatar: &Avatar, mut known: Vec<Option<DAffine3>>) -> Vec<DAffine3> {
 
 fn is_sound(affine: &DAffine3) -> bool {
     affine.is_finite() && affine.matrix3.determinant().abs() > 1e-30
-}
-
-/// The rotation nearest to a matrix; none where it mirrors or flattens.
-pub fn rotation_of(matrix: DMat3) -> Option<DQuat> {
-    // Newton's iteration for the polar factor (Higham 1986): few rounds from any scaled rotation.
-    let size = matrix.determinant().cbrt();
-    if !(size.is_finite() && size > 0.0) {
-        return None;
-    }
-    let mut rotation = matrix * size.recip();
-    for _ in 0..24 {
-        let next = 0.5 * (rotation + rotation.inverse().transpose());
-        let change = next - rotation;
-        rotation = next;
-        if change.to_cols_array().iter().all(|x| x.abs() < 1e-13) {
-            break;
-        }
-    }
-    rotation
-        .is_finite()
-        .then(|| DQuat::from_mat3(&rotation).normalize())
 }

@@ -3,6 +3,8 @@
 use dynaskin_glb::GlbError;
 use dynaskin_motion::MotionError;
 
+use dynaskin_binding::BindingError;
+
 use crate::proportions::{LEAST_HIP_HEIGHT, LEAST_STATURE_M, MOST_CROWN_TO_SHOULDER, Proportions};
 
 /// What stands between an avatar and its tissue, in a sentence.
@@ -82,24 +84,29 @@ pub enum BindError {
          there is no way around this", why(.0)
     )]
     NotAdult(Proportions),
-    /// A binding cannot be read.
-    #[error("the binding cannot be used: {problem}; bind the avatar again")]
-    InvalidBinding {
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A binding belongs to another avatar or another body.
-    #[error("the binding was made for another {what}; bind this avatar again")]
-    AnotherFile {
-        /// `avatar` or `body`.
-        what: &'static str,
-    },
+    /// A binding cannot be read, or belongs to another avatar or body.
+    #[error(transparent)]
+    Binding(#[from] BindingError),
     /// The body lacks what a binding needs.
     #[error("the body cannot be bound to an avatar: {0}")]
     Body(&'static str),
     /// The equations of the fit have no solution.
     #[error("the body could not be fitted to the avatar: {0}")]
     NoFit(&'static str),
+}
+
+impl BindError {
+    /// What is wrong, as a word that programs can switch on: `avatar` (its meshes), `humanoid` (its
+    /// bones), `adult`, `binding` or `body`.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoHumanoid(_) | Self::Bones(_) | Self::NotUpright { .. } => "humanoid",
+            Self::Undeclared { .. } | Self::NotAdult(_) => "adult",
+            Self::Binding(_) => "binding",
+            Self::Body(_) => "body",
+            _ => "avatar",
+        }
+    }
 }
 
 /// Which proportions are not those of an adult.

@@ -1,13 +1,13 @@
 //! Reads an avatar from binary glTF: `.glb`, VRM 0.x and VRM 1.0.
 
-use dynaskin_glb::{Document, GlbError, local_transform, node_parents, part_names};
+use dynaskin_glb::{Document, GlbError, humanoid_bones, local_transform, node_parents};
 use glam::{DAffine3, Mat4, Vec3};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
 use crate::BindError;
-use crate::avatar::{Avatar, Influences, MAX_INFLUENCES, MAX_VERTICES, Node, SkinnedMesh};
+use crate::avatar::{Avatar, Influences, MAX_INFLUENCES, MAX_VERTICES, Node, SkinnedMesh, is_face};
 
 impl Avatar {
     /// Reads nodes and skinned meshes. Morph targets, materials' looks and what has no skin are left
@@ -62,6 +62,7 @@ impl Avatar {
                 meshes: file.root.meshes.len(),
             });
         }
+        avatar.name_parts(humanoid_bones(&file));
         avatar.check()?;
         Ok(avatar)
     }
@@ -82,7 +83,6 @@ fn declared_vertices(file: &Document<'_>, primitive: &Primitive) -> usize {
 
 fn nodes(file: &Document<'_>) -> Result<Vec<Node>, BindError> {
     let parents = node_parents(file)?;
-    let names = part_names(file);
     let mut worlds: Vec<Option<DAffine3>> = vec![None; parents.len()];
     for idx in 0..parents.len() {
         // From the highest node whose place is not known downwards.
@@ -99,11 +99,11 @@ fn nodes(file: &Document<'_>) -> Result<Vec<Node>, BindError> {
             worlds[node] = Some(parent.map_or(own, |parent| parent * own));
         }
     }
-    let nodes = file.root.nodes.iter().zip(names).enumerate();
+    let nodes = file.root.nodes.iter().enumerate();
     Ok(nodes
-        .map(|(idx, (node, part_name))| Node {
+        .map(|(idx, node)| Node {
             name: node.name.clone().unwrap_or_default(),
-            part_name,
+            part_name: String::new(),
             parent: parents[idx],
             world_from_node: worlds[idx].unwrap_or_default(),
         })
@@ -210,8 +210,6 @@ impl Reader<'_> {
                 .collect(),
             _ => return Ok(None),
         };
-        let is_face =
-            |face: &[u32; 3]| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
         Ok(Some(faces.into_iter().filter(is_face).collect()))
     }
 
@@ -258,15 +256,5 @@ impl Reader<'_> {
         let integers = self.file.integers::<4>(accessor, Type::Vec4)?;
         let narrow = |joint: u32| u16::try_from(joint).unwrap_or(u16::MAX);
         Ok(integers.into_iter().map(|row| row.map(narrow)).collect())
-    }
-}
-
-impl Influences {
-    /// Weights that are negative count 0; the others sum to 1.
-    fn normalise(&mut self) {
-        let sum: f32 = self.weights.iter().map(|weight| weight.max(0.0)).sum();
-        if sum > 0.0 && sum.is_finite() {
-            self.weights = self.weights.map(|weight| weight.max(0.0) / sum);
-        }
     }
 }

@@ -9,12 +9,12 @@ mod avatar;
 mod basis;
 mod bind;
 mod bind_pose;
-mod binding;
 mod bones;
 mod correspond;
+mod double_motion;
 mod drape;
+mod engine;
 mod error;
-mod file;
 mod fit;
 mod gltf;
 mod inpaint;
@@ -22,7 +22,6 @@ mod limbs;
 mod nameless;
 mod parts;
 mod proportions;
-mod report;
 mod rig;
 mod rows;
 mod samples;
@@ -30,14 +29,14 @@ mod skin;
 mod surface;
 
 pub use avatar::{Avatar, Influences, MAX_INFLUENCES, MAX_VERTICES, Node, SkinnedMesh};
-pub use bind::{BindOptions, Bound, bind};
-pub use binding::{Binding, Fingerprint, MeshBinding, Rows};
+pub use bind::{BindOptions, Bound, bind, bind_watched};
+pub use dynaskin_binding::{
+    BINDING_VERSION, Binding, BindingError, Bone, CLOSE_M, Fingerprint, MeshBinding, MeshReport,
+    Player, Proportions, RegionOff, Report, Rig, Rows, SkinJoint, Surface, Turned,
+};
 pub use dynaskin_skeleton::{JOINT_COUNT, Joint};
+pub use engine::EngineMesh;
 pub use error::BindError;
-pub use file::BINDING_VERSION;
 pub use proportions::{
     GUARDED_CROWN_TO_SHOULDER, LEAST_HIP_HEIGHT, LEAST_STATURE_M, MOST_CROWN_TO_SHOULDER,
-    Proportions,
 };
-pub use report::{CLOSE_M, MeshReport, RegionOff, Report};
-pub use rig::{Bone, Rig, Turned};

@@ -1,9 +1,5 @@
 //! Rows: for each vertex of an avatar that moves, the vertices of the body whose offsets it takes.
 
-use dynaskin_body::BodyModel;
-use dynaskin_skeleton::JOINT_COUNT;
-use glam::{DQuat, Quat};
-
 use crate::correspond::Link;
 use crate::skin::Skin;
 
@@ -108,23 +104,4 @@ fn smoothed(skin: &Skin, links: &[Option<Link>], rows: &[Row]) -> Vec<Row> {
         row
     };
     (0..rows.len()).map(mixed).collect()
-}
-
-/// How far each row turns the body's offsets: from the body's rest pose to the avatar's bind pose, by
-/// the joints of the body that move the row's vertices.
-pub fn turn(body: &BodyModel, turns: &[DQuat; JOINT_COUNT], row: &[(u16, f32)]) -> Quat {
-    let mut sum = glam::DVec4::ZERO;
-    for (vertex, weight) in row {
-        let skin = &body.skin[usize::from(*vertex)];
-        for (joint, share) in skin.joints.iter().zip(skin.weights) {
-            let turn = glam::DVec4::from(turns[usize::from(*joint)]);
-            // A quaternion and its negative are one turn.
-            let sign = if turn.dot(sum) < 0.0 { -1.0 } else { 1.0 };
-            sum += turn * sign * f64::from(weight * share);
-        }
-    }
-    match sum.try_normalize() {
-        Some(turn) => DQuat::from_vec4(turn).as_quat(),
-        None => Quat::IDENTITY,
-    }
 }

@@ -5,9 +5,14 @@
 
 mod common;
 
+use std::collections::HashMap;
+
 use common::{body, shared_avatar};
 use dynaskin_avatars::{RECIPES, make};
-use dynaskin_bind::{Avatar, BindError, BindOptions, Binding, MAX_VERTICES, bind};
+use dynaskin_bind::{
+    Avatar, BindError, BindOptions, Binding, BindingError, EngineMesh, Influences, MAX_VERTICES,
+    SkinnedMesh, bind,
+};
 use dynaskin_body::{BodyModel, Region};
 use glam::{DAffine3, DQuat, Vec3};
 
@@ -223,18 +228,16 @@ fn bindings_of_other_files() {
         .binding;
     let bytes = binding.to_bytes();
     let again = Binding::from_bytes(&bytes, &female).unwrap();
-    assert_eq!(again.check(&avatar, &female), Ok(()));
+    assert_eq!(avatar.check_binding(&again, &female), Ok(()));
+    let other = |what| BindingError::AnotherFile { what };
     assert_eq!(
-        again.check(&with_head(1.01), &female),
-        Err(BindError::AnotherFile { what: "avatar" })
+        with_head(1.01).check_binding(&again, &female),
+        Err(other("avatar").into())
     );
-    assert_eq!(
-        Binding::from_bytes(&bytes, &male),
-        Err(BindError::AnotherFile { what: "body" })
-    );
+    assert_eq!(Binding::from_bytes(&bytes, &male), Err(other("body")));
     let invalid = |bytes: &[u8]| {
         let error = Binding::from_bytes(bytes, &female).unwrap_err();
-        assert!(matches!(error, BindError::InvalidBinding { .. }), "{error}");
+        assert!(matches!(error, BindingError::Invalid { .. }), "{error}");
     };
     for length in [0, 7, 11, 40, bytes.len() - 1] {
         invalid(&bytes[..length]);
@@ -277,5 +280,97 @@ fn files_of_others() {
     }
     if let Some(error) = refusal("kenney-female.glb") {
         assert!(error.to_string().contains("left_hip"), "{error}");
+    }
+}
+
+/// The avatar as an engine's arrays.
+fn by_arrays(avatar: &Avatar, change: impl Fn(&mut EngineArrays)) -> Result<Avatar, BindError> {
+    let read = |mesh: &SkinnedMesh| {
+        let mut arrays = EngineArrays::new(mesh);
+        change(&mut arrays);
+        arrays.read(mesh)
+    };
+    let mut again = Avatar {
+        nodes: avatar.nodes.clone(),
+        meshes: avatar.meshes.iter().map(read).collect::<Result<_, _>>()?,
+    };
+    again.name_parts(HashMap::new());
+    again.check()?;
+    Ok(again)
+}
+
+struct EngineArrays {
+    positions: Vec<f32>,
+    skin_joints: Vec<u16>,
+    skin_weights: Vec<f32>,
+    indices: Vec<u32>,
+    joints: Vec<u32>,
+    inverse_binds: Vec<f64>,
+}
+
+impl EngineArrays {
+    fn new(mesh: &SkinnedMesh) -> Self {
+        let four = |of: &Influences| (of.joints[..4].to_vec(), of.weights[..4].to_vec());
+        let skins: Vec<_> = mesh.influences.iter().map(four).collect();
+        let matrix = |matrix: &DAffine3| glam::DMat4::from(*matrix).to_cols_array();
+        Self {
+            positions: mesh.positions.iter().flat_map(Vec3::to_array).collect(),
+            skin_joints: skins
+                .iter()
+                .flat_map(|(joints, _)| joints.clone())
+                .collect(),
+            skin_weights: skins
+                .iter()
+                .flat_map(|(_, weights)| weights.clone())
+                .collect(),
+            indices: mesh.faces.iter().flatten().copied().collect(),
+            joints: mesh.joints.iter().map(|joint| *joint as u32).collect(),
+            inverse_binds: mesh.inverse_binds.iter().flat_map(matrix).collect(),
+        }
+    }
+
+    fn read(&self, mesh: &SkinnedMesh) -> Result<SkinnedMesh, BindError> {
+        let engine = EngineMesh {
+            name: &mesh.name,
+            material: &mesh.material,
+            positions: &self.positions,
+            skin_joints: &self.skin_joints,
+            skin_weights: &self.skin_weights,
+            indices: &self.indices,
+            joints: &self.joints,
+            inverse_binds: &self.inverse_binds,
+        };
+        engine.read()
+    }
+}
+
+#[test]
+fn engines_give_the_avatar_that_the_file_has() {
+    let avatar = adult();
+    let again = by_arrays(&avatar, |_| {}).unwrap();
+    for (mesh, wanted) in again.meshes.iter().zip(&avatar.meshes) {
+        assert_eq!(mesh.positions, wanted.positions);
+        assert_eq!(mesh.faces, wanted.faces);
+    }
+    for (node, wanted) in again.nodes.iter().zip(&avatar.nodes) {
+        assert_eq!(node.part_name, wanted.part_name);
+    }
+}
+
+#[test]
+fn arrays_of_engines_that_do_not_belong_together() {
+    let changes: [fn(&mut EngineArrays); 8] = [
+        |arrays| drop(arrays.positions.pop()),
+        |arrays| drop(arrays.skin_joints.pop()),
+        |arrays| arrays.skin_weights.clear(),
+        |arrays| arrays.inverse_binds.truncate(20),
+        |arrays| arrays.inverse_binds.truncate(32),
+        |arrays| arrays.indices[5] = u32::MAX,
+        |arrays| arrays.joints[0] = 100_000,
+        |arrays| arrays.skin_joints.fill(u16::MAX),
+    ];
+    for (idx, change) in changes.into_iter().enumerate() {
+        let refused = by_arrays(&adult(), change);
+        assert!(matches!(refused, Err(BindError::Glb(_))), "change {idx}");
     }
 }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use dynaskin_body::Region;
+use dynaskin_body::{Pose, Region};
 use dynaskin_runtime::{Avatar, Controls, Detail, Model, PoseSource, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
@@ -54,6 +54,16 @@ impl CoreAvatar {
             report: None,
         })
     }
+
+    /// Moves on by `dt_seconds` to a pose.
+    pub(crate) fn step_to(&mut self, pose: &Pose, dt_seconds: f64) -> Result<(), Thrown> {
+        let report = self
+            .avatar
+            .borrow_mut()
+            .step_timed(pose, dt_seconds, &mut || 1e-3 * now_ms())?;
+        self.report = Some(report);
+        Ok(())
+    }
 }
 
 #[wasm_bindgen]
@@ -63,14 +73,7 @@ impl CoreAvatar {
     /// # Errors
     /// Throws `argument`, `pose`.
     pub fn step(&mut self, pose: &[f64], dt_seconds: f64) -> Result<(), JsValue> {
-        let pose = pose::from_numbers(pose)?;
-        let report = self
-            .avatar
-            .borrow_mut()
-            .step_timed(&pose, dt_seconds, &mut || 1e-3 * now_ms())
-            .map_err(Thrown::from)?;
-        self.report = Some(report);
-        Ok(())
+        Ok(self.step_to(&pose::from_numbers(pose)?, dt_seconds)?)
     }
 
     /// Skins positions and normals on the CPU.

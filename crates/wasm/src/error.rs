@@ -13,6 +13,11 @@ pub(crate) struct Thrown {
 }
 
 impl Thrown {
+    /// An error with a code of its own.
+    pub fn new(code: &'static str, message: String) -> Self {
+        Self { code, message }
+    }
+
     /// An argument that the caller got wrong.
     pub fn argument(message: String) -> Self {
         Self {

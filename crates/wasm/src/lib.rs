@@ -1,4 +1,4 @@
-//! JavaScript bindings of body, motion and runtime: no algorithm, only conversions.
+//! JavaScript bindings of body, binding, motion and runtime: no algorithm, only conversions.
 //!
 //! Arrays that change every frame stay in WebAssembly memory, where JavaScript reads them through
 //! the pointers that the `...Ptr` methods give; the pointers stay good for as long as their avatar
@@ -13,6 +13,7 @@ mod model;
 mod motion;
 mod pose;
 mod puppet;
+mod tissue;
 
 use wasm_bindgen::prelude::*;
 
@@ -21,6 +22,7 @@ pub use crowd::CoreCrowd;
 pub use model::{CoreBody, CoreModel};
 pub use motion::CoreMotion;
 pub use puppet::CorePuppet;
+pub use tissue::{CoreBinding, CoreTissue};
 
 /// Version of these bindings, which the SDK compares with its own.
 #[wasm_bindgen(js_name = coreVersion)]

@@ -12,7 +12,7 @@ use crate::error::{Thrown, no_region};
 /// A body without networks.
 #[wasm_bindgen]
 pub struct CoreBody {
-    body: Arc<BodyModel>,
+    pub(crate) body: Arc<BodyModel>,
     model: Arc<Model>,
 }
 

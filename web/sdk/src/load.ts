@@ -122,6 +122,7 @@ function makeBody(core: Core, bundle: Bundle, bundleBytes: Uint8Array, glb: Uint
     core,
     core.guard(() => new core.glue.CoreBody(bundleBytes, glb)),
     bundle.body.sha256,
+    glb,
   );
 }
 

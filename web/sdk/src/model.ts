@@ -31,14 +31,21 @@ export class Body {
   readonly colors: Uint8Array;
   /** SHA-256 of the body's file in hexadecimal, as bundles name it. */
   readonly sha256: string;
+  /**
+   * The body's file, a GLB: an avatar is bound to it in a WebAssembly file with a memory of its own.
+   *
+   * @internal
+   */
+  readonly file: Uint8Array;
   readonly #core: Core;
   #raw: CoreBody | null;
 
   /** @internal */
-  constructor(core: Core, raw: CoreBody, sha256: string) {
+  constructor(core: Core, raw: CoreBody, sha256: string, file: Uint8Array) {
     this.#core = core;
     this.#raw = raw;
     this.sha256 = sha256;
+    this.file = file;
     this.vertexCount = raw.vertexCount;
     this.faces = raw.faces();
     this.skinJoints = raw.skinJoints();
@@ -105,6 +112,12 @@ export class Model {
    */
   get restartedAfter(): DynaSkinError | null {
     return this.#core.restartedAfter;
+  }
+
+  /** @internal */
+  get core(): Core {
+    this.#core.assertSound();
+    return this.#core;
   }
 
   /** Name of the model, such as `female`. */

@@ -3,8 +3,9 @@ import { DynaSkin } from "dynaskin/three";
 import {
   Bone,
   Box3,
-  type BufferAttribute,
+  BufferAttribute,
   Group,
+  Matrix4,
   Mesh,
   type Object3D,
   Raycaster,
@@ -36,6 +37,17 @@ async function loadBody(): Promise<{ group: Group; mesh: SkinnedMesh }> {
   const { scene } = await new GLTFLoader().parseAsync(buffer as ArrayBuffer, "");
   const group = new Group().add(scene);
   return { group, mesh: scene.getObjectByProperty("isSkinnedMesh", true) as SkinnedMesh };
+}
+
+/** The body's mesh, with positions that are neither packed nor shared. */
+async function loadLoose(): Promise<SkinnedMesh> {
+  const { mesh } = await loadBody();
+  const packed = mesh.geometry.getAttribute("position");
+  const numbers = Float32Array.from({ length: 3 * packed.count }, (_, idx) =>
+    packed.getComponent(Math.floor(idx / 3), idx % 3),
+  );
+  mesh.geometry.setAttribute("position", new BufferAttribute(numbers, 3));
+  return mesh;
 }
 
 /** The mesh's vertices as three.js draws them, in the world. */
@@ -374,6 +386,52 @@ describe("meshes that do not fit", () => {
     skin.update(1 / 60);
     expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(2e-6);
     skin.dispose();
+    avatar.dispose();
+  });
+
+  it("vertices that are not where the body's are", async () => {
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const count = 6890;
+    const { mesh: whole } = await loadBody();
+    const backwards = Array.from({ length: count }, (_, idx) => count - 1 - idx);
+    await expectError("argument", () => new DynaSkin(avatar, whole, { vertexMap: backwards }));
+
+    // A packer that writes vertices in another order.
+    const renumbered = await loadLoose();
+    const { array } = renumbered.geometry.getAttribute("position");
+    const order = Array.from({ length: count }, (_, idx) => (idx * 7) % count);
+    const before = array.slice();
+    for (const [idx, from] of order.entries()) {
+      array.set(before.subarray(3 * from, 3 * from + 3), 3 * idx);
+    }
+    const refusal = await expectError("argument", () => new DynaSkin(avatar, renumbered));
+    expect(refusal.message).toContain("renumbered");
+    new DynaSkin(avatar, renumbered, { vertexMap: order }).dispose();
+
+    // Units that lie beside each other: rest at kilometres, as Blender writes quantised files.
+    const large = await loadLoose();
+    large.geometry.getAttribute("position").array.forEach((number, idx, all) => {
+      all[idx] = 10_000 * number;
+    });
+    await expectError("argument", () => new DynaSkin(avatar, large));
+
+    // VRM 0.x faces -Z: bones without rotations do not say so.
+    const turned = await loadLoose();
+    const half = new Matrix4().makeRotationY(Math.PI);
+    for (const inverse of turned.skeleton.boneInverses) {
+      const place = new Vector3().setFromMatrixPosition(inverse.clone().invert());
+      const scale = new Vector3().setFromMatrixScale(inverse);
+      const size = new Matrix4().makeScale(1 / scale.x, 1 / scale.y, 1 / scale.z);
+      inverse.copy(new Matrix4().setPosition(place.applyMatrix4(half)).multiply(size)).invert();
+    }
+    turned.geometry.applyMatrix4(half);
+    await expectError("argument", () => new DynaSkin(avatar, turned));
+
+    // Whatever its shape, the body's own mesh is taken.
+    const extreme = model.createAvatar({ shape: [5, -4, 3, -3, 2, 2, -2, 2, -2, 2] });
+    const { mesh } = await loadBody();
+    new DynaSkin(extreme, mesh).dispose();
+    extreme.dispose();
     avatar.dispose();
   });
 });

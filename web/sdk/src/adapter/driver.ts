@@ -2,6 +2,7 @@
 import { DynaSkinError } from "../error.js";
 import { checkLength, JOINT_NAMES, POSE_LENGTH, type Pose } from "../pose.js";
 import {
+  checkPlaces,
   checkSource,
   checkVertices,
   claimMesh,
@@ -26,6 +27,8 @@ export interface EngineRig {
   readonly normals: Float32Array;
   /** Where the file has the pelvis at rest, metres. */
   readonly bindPelvisM: readonly [number, number, number];
+  /** Rest positions of the mesh as it was given, from the pelvis, `[vertex][x, y, z]`, metres. */
+  restFromPelvisM(): Float32Array;
   /** Shows {@link positions} and {@link normals} from now on. Changes the mesh for the first time. */
   attach(): void;
   /** Gives the mesh back what it had. */
@@ -79,6 +82,7 @@ export abstract class SkinDriver<Mesh extends object> {
     this.mesh = mesh;
     this.#vertexMap = options.vertexMap;
     this.#jointsM = avatar.restJointsM();
+    checkPlaces(rig.restFromPelvisM(), avatar, this.#jointsM, options.vertexMap);
     this.#revision = avatar.revision;
     claimMesh(mesh);
     this.#rig = rig;

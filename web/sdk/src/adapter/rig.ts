@@ -142,6 +142,44 @@ export function checkVertices(
   }
 }
 
+/** Shapes of a body differ by less than this from the mesh of its file: the farthest, and half of all, metres. */
+const MOST_APART_M = { farthest: 0.8, median: 0.25 };
+
+/**
+ * Checks that the mesh's vertices lie where the body's do: files whose vertices were renumbered, turned
+ * or moved have as many, and would be torn.
+ *
+ * @param meshM - rest positions of the mesh from its pelvis, metres
+ * @throws DynaSkinError `argument`
+ */
+export function checkPlaces(
+  meshM: Float32Array,
+  { positions }: TissueSource,
+  pelvisM: ArrayLike<number>,
+  map: RigOptions["vertexMap"],
+): void {
+  const apart = new Float32Array(meshM.length / 3);
+  for (let idx = 0; idx < apart.length; idx += 1) {
+    const vertex = map?.[idx] ?? idx;
+    let square = 0;
+    for (let axis = 0; axis < 3; axis += 1) {
+      const ofBody = (positions[3 * vertex + axis] ?? 0) - (pelvisM[axis] ?? 0);
+      square += ((meshM[3 * idx + axis] ?? 0) - ofBody) ** 2;
+    }
+    apart[idx] = Math.sqrt(square);
+  }
+  apart.sort();
+  const [median = 0, farthest = 0] = [apart[apart.length >> 1], apart.at(-1)];
+  // Written so that what is no number is refused.
+  if (median <= MOST_APART_M.median && farthest <= MOST_APART_M.farthest) return;
+  throw new DynaSkinError(
+    "argument",
+    `The mesh's vertices lie up to ${farthest.toFixed(1)} m from where the body has them: they were ` +
+      "renumbered, turned or moved, or vertexMap is that of another mesh. Use body.glb as it comes with " +
+      "the model; for other avatars there is bindAvatar.",
+  );
+}
+
 const drivenMeshes = new WeakSet<object>();
 
 /**
@@ -154,7 +192,8 @@ export function claimMesh(mesh: object): void {
   if (drivenMeshes.has(mesh)) {
     throw new DynaSkinError(
       "argument",
-      "Another DynaSkin moves this mesh already; dispose of that one first, or clone the mesh.",
+      "Another DynaSkin or AvatarTissue moves this mesh already; dispose of that one first, or clone " +
+        "the mesh.",
     );
   }
   drivenMeshes.add(mesh);

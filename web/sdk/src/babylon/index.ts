@@ -1,11 +1,17 @@
 /**
- * dynaskin in Babylon.js: a skinned mesh whose soft tissue follows its bones. Works with the WebGL
- * and the WebGPU engine, in left- and right-handed scenes.
+ * dynaskin in Babylon.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of this
+ * package's models, {@link bindAvatar} and {@link AvatarTissue} anybody's avatar. Works with the WebGL and
+ * the WebGPU engine, in left- and right-handed scenes.
  *
  * @module
  */
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
+export { Binding, type BindingReport } from "../bind/binding.js";
+export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
+export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
+export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
+export type { Humanoid } from "./read-avatar.js";
 
 import type { Bone } from "@babylonjs/core/Bones/bone.js";
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
@@ -18,6 +24,7 @@ import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { vectorsOf } from "./read-avatar.js";
 
 /** A bone and the node of the scene that moves it. */
 interface Joint {
@@ -85,6 +92,14 @@ class BabylonRig implements EngineRig {
     this.bindPelvisM = bindPositionM(this.#joint(0).bone).asArray() as [number, number, number];
     this.positions = new Float32Array(mesh.getTotalVertices() * 3);
     this.normals = new Float32Array(mesh.getTotalVertices() * 3);
+  }
+
+  restFromPelvisM(): Float32Array {
+    const pelvisM = bindPositionM(this.#joint(0).bone).asArray();
+    const perM = scale.asArray();
+    return vectorsOf(this.#mesh, VertexBuffer.PositionKind).map(
+      (number, idx) => number / (perM[idx % 3] ?? 1) - (pelvisM[idx % 3] ?? 0),
+    );
   }
 
   attach(): void {

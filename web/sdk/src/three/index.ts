@@ -1,6 +1,7 @@
 /**
- * dynaskin in three.js: a skinned mesh whose soft tissue follows its bones. Works with
- * `WebGLRenderer` and `WebGPURenderer`.
+ * dynaskin in three.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of this package's
+ * models, {@link bindAvatar} and {@link AvatarTissue} anybody's avatar. Works with `WebGLRenderer` and
+ * `WebGPURenderer`.
  *
  * @module
  */
@@ -21,9 +22,15 @@ import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { vectorsOf } from "./read-avatar.js";
 
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
+export { Binding, type BindingReport } from "../bind/binding.js";
+export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
+export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
+export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
+export type { HumanoidSource } from "./read-avatar.js";
 
 const position = new Vector3();
 const scale = new Vector3();
@@ -95,6 +102,15 @@ class ThreeRig implements EngineRig {
       skeleton.bones,
       skeleton.boneInverses.map((inverse) => inverse.clone()),
     );
+  }
+
+  restFromPelvisM(): Float32Array {
+    const { geometry, skeleton, bindMatrix } = this.#mesh;
+    bindMatrixOf(this.#bones[0], skeleton, bindMatrix).decompose(position, quaternion, scale);
+    return vectorsOf(geometry.getAttribute("position")).map((number, idx) => {
+      const axis = idx % 3;
+      return (number - position.getComponent(axis)) / scale.getComponent(axis);
+    });
   }
 
   attach(): void {

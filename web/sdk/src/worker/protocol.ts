@@ -1,5 +1,6 @@
 // What page and worker say to each other, and the tables that both go by.
 import type { Avatar, StepTimings } from "../avatar.js";
+import type { AvatarParts, BindWish } from "../bind/parts.js";
 import type { Bundle } from "../bundle.js";
 import type { Crowd, CrowdReport } from "../crowd.js";
 import { checkDistance, type Detail, detailIndex } from "../detail.js";
@@ -96,6 +97,18 @@ export interface Calls {
       aliveEveryMs: number;
     };
     back: MotionReading;
+  };
+  /** Binds an avatar; says on the way how far it is. It needs no model. */
+  bind: {
+    sent: {
+      parts: AvatarParts;
+      /** The body's file. */
+      body: Uint8Array;
+      wish: BindWish;
+      wasm?: string | ArrayBuffer | WebAssembly.Module;
+      aliveEveryMs: number;
+    };
+    back: Uint8Array;
   };
   /** Makes an avatar and calls it `target`. */
   createAvatar: {

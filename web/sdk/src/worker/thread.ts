@@ -1,5 +1,6 @@
 // The worker's side: a model of its own core, and what the page makes from it.
 import type { Avatar } from "../avatar.js";
+import { bindHere } from "../bind/start.js";
 import { startCore } from "../core.js";
 import { Crowd } from "../crowd.js";
 import { toDynaSkinError } from "../error.js";
@@ -62,6 +63,18 @@ const ANSWERS: {
         const jointReport = raw.jointReport() as MotionReading["jointReport"];
         return { name: raw.name, poses, jointReport, notes: raw.notes };
       });
+    } finally {
+      clearInterval(alive);
+    }
+  },
+
+  async bind({ parts, body, wish, wasm, aliveEveryMs }, transfer) {
+    const alive = setInterval(() => scope.postMessage({ type: "alive" }, []), aliveEveryMs);
+    try {
+      const tell = (fraction: number) => scope.postMessage({ type: "read", fraction }, []);
+      const bytes = await bindHere(parts, body, wish, wasm, tell);
+      transfer.push(bytes.buffer as ArrayBuffer);
+      return bytes;
     } finally {
       clearInterval(alive);
     }

@@ -2,7 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::proportions::Proportions;
+/// What is measured of an avatar where it rests.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Proportions {
+    /// From the crown to the height of the shoulder joints, over the stature.
+    pub crown_to_shoulder: f64,
+    /// Height of the hip joints above the soles, over the stature.
+    pub hip_height: f64,
+    /// Stature in metres; none where the file has a unit of its own.
+    pub stature_m: Option<f64>,
+}
 
 /// Within this distance of the fitted body skin counts as close, metres.
 pub const CLOSE_M: f32 = 0.02;
@@ -57,17 +66,4 @@ pub struct Report {
     pub double_motion: Vec<String>,
     /// What was found other than usual: a sentence each.
     pub notes: Vec<String>,
-}
-
-/// Words in names of bones that authors give tissue of their own.
-const TISSUE_WORDS: [&str; 12] = [
-    "breast", "bust", "boob", "oppai", "pectoral", "butt", "glute", "buttock", "胸", "乳", "尻",
-    "mune",
-];
-
-/// Whether a bone's name tells that it moves a breast or a buttock.
-pub fn is_tissue_bone(name: &str) -> bool {
-    let name = name.to_lowercase();
-    // A button is no buttock.
-    TISSUE_WORDS.iter().any(|word| name.contains(word)) && !name.contains("button")
 }

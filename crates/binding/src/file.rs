@@ -14,7 +14,7 @@ use glam::{Mat3, Quat};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use crate::BindError;
+use crate::BindingError;
 use crate::binding::{Binding, Fingerprint, MeshBinding, Rows, fingerprint_of_body};
 use crate::report::Report;
 use crate::rig::{Rig, Turned};
@@ -22,7 +22,7 @@ use crate::rig::{Rig, Turned};
 const MAGIC: &[u8; 8] = b"DYNSKINB";
 const HASH: usize = 32;
 /// The version that is written and read.
-pub const BINDING_VERSION: u32 = 1;
+pub const BINDING_VERSION: u32 = 2;
 /// More bytes than any payload inflates to.
 const MOST_BYTES: u64 = 64 << 20;
 /// Steps of a stored quaternion's component.
@@ -30,7 +30,6 @@ const TURN_STEPS: f32 = 32_767.0;
 
 #[derive(Serialize, Deserialize)]
 struct Stored {
-    avatar: Fingerprint,
     body: Fingerprint,
     shape: [f32; SHAPE_COUNT],
     size: f32,
@@ -48,6 +47,7 @@ struct Stored {
 #[derive(Serialize, Deserialize)]
 struct StoredMesh {
     name: String,
+    fingerprint: Fingerprint,
     vertex_count: u32,
     /// Steps from one vertex that moves to the next.
     vertices: Vec<u32>,
@@ -82,9 +82,9 @@ impl Binding {
     /// Reads a binding for `body`.
     ///
     /// # Errors
-    /// [`BindError::InvalidBinding`] for bytes that were changed, cut or written by another version,
-    /// [`BindError::AnotherFile`] for another body.
-    pub fn from_bytes(bytes: &[u8], body: &BodyModel) -> Result<Self, BindError> {
+    /// [`BindingError::Invalid`] for bytes that were changed, cut or written by another version,
+    /// [`BindingError::AnotherFile`] for another body.
+    pub fn from_bytes(bytes: &[u8], body: &BodyModel) -> Result<Self, BindingError> {
         let Some((rest, checksum)) = bytes.split_last_chunk::<HASH>() else {
             return Err(invalid(format!("it has {} bytes", bytes.len())));
         };
@@ -113,7 +113,7 @@ impl Binding {
         let stored: Stored = postcard::from_bytes(&inflated)
             .map_err(|error| invalid(format!("its contents are no binding ({error})")))?;
         if stored.body != fingerprint_of_body(body) {
-            return Err(BindError::AnotherFile { what: "body" });
+            return Err(BindingError::AnotherFile { what: "body" });
         }
         stored.binding(body)
     }
@@ -134,7 +134,6 @@ impl Binding {
             counts.push(count);
         }
         Stored {
-            avatar: self.avatar,
             body: self.body,
             shape: self.shape,
             size: self.size,
@@ -165,6 +164,7 @@ impl StoredMesh {
         });
         Self {
             name: mesh.name.clone(),
+            fingerprint: mesh.fingerprint,
             vertex_count: mesh.vertex_count,
             vertices,
             rows: rows.collect(),
@@ -177,7 +177,7 @@ impl StoredMesh {
         }
     }
 
-    fn binding(self, row_count: usize) -> Result<MeshBinding, BindError> {
+    fn binding(self, row_count: usize) -> Result<MeshBinding, BindingError> {
         let bad = || {
             invalid(format!(
                 "its mesh `{}` holds what no binding does",
@@ -222,6 +222,7 @@ impl StoredMesh {
             turns: self.turns.iter().map(turn).collect(),
             mesh_from_root: Mat3::from_cols_array(&self.mesh_from_root),
             name: self.name,
+            fingerprint: self.fingerprint,
             vertex_count: self.vertex_count,
             vertices,
             rows,
@@ -231,7 +232,7 @@ impl StoredMesh {
 
 impl Stored {
     /// Checks every number before it is used.
-    fn binding(self, body: &BodyModel) -> Result<Binding, BindError> {
+    fn binding(self, body: &BodyModel) -> Result<Binding, BindingError> {
         self.check_rig()?;
         let entries: usize = self.counts.iter().map(|count| usize::from(*count)).sum();
         if entries != self.vertices.len() || entries != self.weights.len() {
@@ -256,7 +257,6 @@ impl Stored {
         let meshes = meshes.collect::<Result<Vec<_>, _>>()?;
         Ok(Binding {
             rows: Rows::new(rows.iter().map(Vec::as_slice), body, &self.rig),
-            avatar: self.avatar,
             body: self.body,
             shape: self.shape,
             size: self.size,
@@ -266,9 +266,10 @@ impl Stored {
         })
     }
 
-    fn check_rig(&self) -> Result<(), BindError> {
+    fn check_rig(&self) -> Result<(), BindingError> {
         let is_turn = |turn: &glam::DQuat| turn.is_finite() && (turn.length() - 1.0).abs() < 1e-3;
         let has_bone = |bone: u8| usize::from(bone) < self.rig.bones.len();
+        let is_size = |bone: &crate::Bone| bone.size_m.is_finite() && bone.size_m > 0.0;
         let has_bones = self.rig.joints.iter().all(|joint| match joint {
             Turned::By(bone) => has_bone(*bone),
             Turned::Between(low, high, share) => {
@@ -282,6 +283,7 @@ impl Stored {
             && has_bones
             && numbers.clone().all(|x| x.is_finite())
             && self.size > 0.0
+            && self.rig.bones.iter().all(is_size)
             && self.rig.metres_per_unit.is_finite();
         if is_sound {
             Ok(())
@@ -291,8 +293,8 @@ impl Stored {
     }
 }
 
-fn invalid(problem: impl Into<String>) -> BindError {
-    BindError::InvalidBinding {
+fn invalid(problem: impl Into<String>) -> BindingError {
+    BindingError::Invalid {
         problem: problem.into(),
     }
 }

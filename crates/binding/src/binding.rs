@@ -1,14 +1,11 @@
 //! A binding: what an avatar's vertices take from a body's, and which bones turn its joints.
 
-use dynaskin_body::{BodyModel, SHAPE_COUNT};
-use glam::{Mat3, Quat, Vec3};
+use dynaskin_body::{BodyModel, JOINT_COUNT, SHAPE_COUNT};
+use glam::{DQuat, DVec4, Mat3, Quat, Vec3};
 use sha2::{Digest as _, Sha256};
 
-use crate::BindError;
-use crate::avatar::Avatar;
 use crate::report::Report;
 use crate::rig::Rig;
-use crate::rows;
 
 /// What tells files apart.
 pub type Fingerprint = [u8; 32];
@@ -16,8 +13,6 @@ pub type Fingerprint = [u8; 32];
 /// How a body's tissue moves an avatar's skin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Binding {
-    /// Tells the avatar.
-    pub avatar: Fingerprint,
     /// Tells the body.
     pub body: Fingerprint,
     /// The body's shape under the avatar's skin, standard deviations.
@@ -52,6 +47,8 @@ pub struct Rows {
 pub struct MeshBinding {
     /// The mesh's name.
     pub name: String,
+    /// Tells the mesh.
+    pub fingerprint: Fingerprint,
     /// How many vertices the mesh has.
     pub vertex_count: u32,
     /// Vertices that move, ascending.
@@ -106,18 +103,18 @@ impl Binding {
         offsets
     }
 
-    /// Refuses another avatar or body than the binding was made of.
-    ///
-    /// # Errors
-    /// [`BindError::AnotherFile`].
-    pub fn check(&self, avatar: &Avatar, body: &BodyModel) -> Result<(), BindError> {
-        if self.avatar != fingerprint_of_avatar(avatar) {
-            return Err(BindError::AnotherFile { what: "avatar" });
+    /// The number of the mesh with these positions, in the mesh's own space; none where the binding has
+    /// no such mesh.
+    pub fn mesh_of(&self, positions: &[Vec3]) -> Option<usize> {
+        let count = positions.len();
+        let is_as_large = |mesh: &MeshBinding| mesh.vertex_count as usize == count;
+        if !self.meshes.iter().any(is_as_large) {
+            return None;
         }
-        if self.body != fingerprint_of_body(body) {
-            return Err(BindError::AnotherFile { what: "body" });
-        }
-        Ok(())
+        let fingerprint = fingerprint_of_mesh(positions);
+        self.meshes
+            .iter()
+            .position(|mesh| mesh.fingerprint == fingerprint)
     }
 }
 
@@ -136,8 +133,8 @@ impl MeshBinding {
 }
 
 impl Rows {
-    /// `rows`, with turns worked out from the body.
-    pub(crate) fn new<'a>(
+    /// `rows` of vertices of the body and their weights, with turns worked out from the body.
+    pub fn new<'a>(
         rows: impl Iterator<Item = &'a [(u16, f32)]>,
         body: &BodyModel,
         rig: &Rig,
@@ -152,26 +149,38 @@ impl Rows {
                 all.weights.push(*weight);
             }
             all.starts.push(all.vertices.len() as u32);
-            all.turns.push(rows::turn(body, &rig.turns, row));
+            all.turns.push(row_turn(body, &rig.turns, row));
         }
         all
     }
 }
 
-/// Tells avatars apart: their skinned meshes' names, vertices and bones.
-pub fn fingerprint_of_avatar(avatar: &Avatar) -> Fingerprint {
-    let mut hash = Sha256::new();
-    for mesh in &avatar.meshes {
-        hash.update((mesh.positions.len() as u64).to_le_bytes());
-        hash.update((mesh.faces.len() as u64).to_le_bytes());
-        for position in &mesh.positions {
-            for component in position.to_array() {
-                hash.update(component.to_le_bytes());
-            }
+/// How far a row turns the body's offsets: from the body's rest pose to the avatar's bind pose, by the
+/// joints of the body that move the row's vertices.
+pub fn row_turn(body: &BodyModel, turns: &[DQuat; JOINT_COUNT], row: &[(u16, f32)]) -> Quat {
+    let mut sum = DVec4::ZERO;
+    for (vertex, weight) in row {
+        let skin = &body.skin[usize::from(*vertex)];
+        for (joint, share) in skin.joints.iter().zip(skin.weights) {
+            let turn = DVec4::from(turns[usize::from(*joint)]);
+            // A quaternion and its negative are one turn.
+            let sign = if turn.dot(sum) < 0.0 { -1.0 } else { 1.0 };
+            sum += turn * sign * f64::from(weight * share);
         }
-        for joint in &mesh.joints {
-            hash.update(avatar.nodes[*joint].name.as_bytes());
-            hash.update([0]);
+    }
+    match sum.try_normalize() {
+        Some(turn) => DQuat::from_vec4(turn).as_quat(),
+        None => Quat::IDENTITY,
+    }
+}
+
+/// Tells meshes apart: by the positions of their vertices in the mesh's own space.
+pub fn fingerprint_of_mesh(positions: &[Vec3]) -> Fingerprint {
+    let mut hash = Sha256::new();
+    for position in positions {
+        // Negative zero is zero: engines lose its sign.
+        for component in (*position + Vec3::ZERO).to_array() {
+            hash.update(component.to_le_bytes());
         }
     }
     hash.finalize().into()

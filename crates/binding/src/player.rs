@@ -1,0 +1,311 @@
+//! What a frame does: the body's offsets become those of an avatar's vertices.
+
+use dynaskin_body::BodyModel;
+use glam::{Mat3, Mat3A, Quat, Vec3, Vec3A};
+
+use crate::binding::{Binding, MeshBinding};
+use crate::error::BindingError;
+
+/// How far a vertex moves and how much its normal changes; a row's, or the body's.
+#[derive(Clone, Copy, Debug, Default)]
+struct Change {
+    /// Metres.
+    offset_m: Vec3A,
+    /// Of the unit normal.
+    normal: Vec3A,
+}
+
+/// A vertex of the body in a row: its place in [`Player::changes`], and its weight.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    place: u32,
+    weight: f32,
+}
+
+/// The body's changes on an avatar's meshes, frame by frame.
+#[derive(Debug)]
+pub struct Player {
+    binding: Binding,
+    /// Vertices of the body that rows name, ascending.
+    sources: Vec<u32>,
+    /// The body's normals without offsets, `[source]`.
+    still_normals: Vec<Vec3A>,
+    /// `[source]`.
+    changes: Vec<Change>,
+    /// Where each row's entries begin, and where the last ones end.
+    starts: Vec<u32>,
+    entries: Vec<Entry>,
+    /// From the body's rest pose to the avatar's bind pose, `[row]`.
+    turns: Vec<Mat3A>,
+    /// In the avatar's bind pose, `[row]`.
+    of_rows: Vec<Change>,
+    surfaces: Vec<Surface>,
+}
+
+/// The surface of a mesh that an engine draws: its own positions and normals with those of the body's
+/// tissue on them, in the mesh's own space before skinning.
+#[derive(Debug)]
+pub struct Surface {
+    vertices: Vec<MovingVertex>,
+    /// From a row's offset in metres to the mesh's own unit and axes.
+    mesh_from_row: Mat3A,
+    /// The same for normals.
+    normals_from_row: Mat3A,
+    /// How joints that were bound in different poses turn each vertex; empty where they were bound in
+    /// one.
+    turns: Vec<Quat>,
+    still_positions: Vec<f32>,
+    still_normals: Vec<f32>,
+    positions: Vec<f32>,
+    normals: Vec<f32>,
+    is_shown: bool,
+    gain: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct MovingVertex {
+    vertex: u32,
+    row: u32,
+    /// How much of the row it takes.
+    share: f32,
+}
+
+impl Player {
+    /// `still_normals`: unit normals of the bound shape without offsets, `[vertex]`. The binding must be
+    /// of `body`, as one that was read for it is.
+    pub fn new(binding: Binding, body: &BodyModel, still_normals: &[Vec3]) -> Self {
+        let mut place: Vec<Option<u32>> = vec![None; body.vertex_count()];
+        let mut sources: Vec<u32> = binding
+            .rows
+            .vertices
+            .iter()
+            .copied()
+            .map(u32::from)
+            .collect();
+        sources.sort_unstable();
+        sources.dedup();
+        for (at, source) in sources.iter().enumerate() {
+            place[*source as usize] = Some(at as u32);
+        }
+        let rows = &binding.rows;
+        let entries = rows.vertices.iter().zip(&rows.weights);
+        let entries = entries.map(|(vertex, weight)| Entry {
+            place: place[usize::from(*vertex)].unwrap_or(0),
+            weight: *weight,
+        });
+        let normal = |source: &u32| {
+            let normal = still_normals.get(*source as usize);
+            Vec3A::from(normal.copied().unwrap_or(Vec3::Y))
+        };
+        Self {
+            still_normals: sources.iter().map(normal).collect(),
+            changes: vec![Change::default(); sources.len()],
+            starts: rows.starts.clone(),
+            entries: entries.collect(),
+            turns: rows
+                .turns
+                .iter()
+                .map(|turn| Mat3A::from_quat(*turn))
+                .collect(),
+            of_rows: vec![Change::default(); rows.len()],
+            surfaces: Vec::new(),
+            sources,
+            binding,
+        }
+    }
+
+    /// The binding that is played.
+    pub fn binding(&self) -> &Binding {
+        &self.binding
+    }
+
+    /// The surfaces, in the order in which they were added.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// Adds a surface of the binding's mesh number `mesh` and gives its own number.
+    ///
+    /// `positions` and `normals` are as the engine has them, `[vertex][3]`, `normals` empty where there
+    /// are none. `shares`: how much each vertex takes of the tissue, `[vertex]`, 0 to 1; empty for all
+    /// of it.
+    ///
+    /// # Errors
+    /// [`BindingError::NoMesh`], [`BindingError::Surface`].
+    pub fn add_surface(
+        &mut self,
+        mesh: usize,
+        positions: &[f32],
+        normals: &[f32],
+        shares: &[f32],
+    ) -> Result<usize, BindingError> {
+        let bound = self.binding.meshes.get(mesh).ok_or(BindingError::NoMesh {
+            mesh,
+            count: self.binding.meshes.len(),
+        })?;
+        let surface = Surface::new(bound, self.binding.size, (positions, normals, shares))?;
+        self.surfaces.push(surface);
+        Ok(self.surfaces.len() - 1)
+    }
+
+    /// Whether a surface is seen; others stay as they are, and cost nothing.
+    pub fn show(&mut self, surface: usize, is_shown: bool) {
+        if let Some(surface) = self.surfaces.get_mut(surface) {
+            surface.is_shown = is_shown;
+        }
+    }
+
+    /// Makes a surface's changes so many times as large, for an engine that takes some of them away; 1 to
+    /// begin with.
+    pub fn set_gain(&mut self, surface: usize, gain: f32) {
+        if let Some(surface) = self.surfaces.get_mut(surface) {
+            surface.gain = gain;
+        }
+    }
+
+    /// Takes over the body's offsets (metres, rest pose) and unit normals, `[vertex]`.
+    pub fn update(&mut self, offsets_m: &[Vec3], normals: &[Vec3]) {
+        if !self.surfaces.iter().any(|surface| surface.is_shown) {
+            return;
+        }
+        for (at, source) in self.sources.iter().enumerate() {
+            let source = *source as usize;
+            self.changes[at] = Change {
+                offset_m: offsets_m[source].into(),
+                normal: Vec3A::from(normals[source]) - self.still_normals[at],
+            };
+        }
+        let ranges = self.starts.windows(2);
+        for ((range, turn), out) in ranges.zip(&self.turns).zip(&mut self.of_rows) {
+            let mut sum = Change::default();
+            for entry in &self.entries[range[0] as usize..range[1] as usize] {
+                let change = &self.changes[entry.place as usize];
+                sum.offset_m += change.offset_m * entry.weight;
+                sum.normal += change.normal * entry.weight;
+            }
+            *out = Change {
+                offset_m: *turn * sum.offset_m,
+                normal: *turn * sum.normal,
+            };
+        }
+        let shown = self.surfaces.iter_mut().filter(|surface| surface.is_shown);
+        shown.for_each(|surface| surface.update(&self.of_rows));
+    }
+}
+
+impl Surface {
+    fn new(
+        bound: &MeshBinding,
+        size: f32,
+        (positions, normals, shares): (&[f32], &[f32], &[f32]),
+    ) -> Result<Self, BindingError> {
+        let count = bound.vertex_count as usize;
+        let wrong = |what: &str, got: usize| BindingError::Surface {
+            mesh: bound.name.clone(),
+            vertices: bound.vertex_count,
+            what: format!("{got} numbers for {what}"),
+        };
+        if positions.len() != 3 * count {
+            return Err(wrong("positions", positions.len()));
+        }
+        if !normals.is_empty() && normals.len() != 3 * count {
+            return Err(wrong("normals", normals.len()));
+        }
+        if !shares.is_empty() && shares.len() != count {
+            return Err(wrong("shares", shares.len()));
+        }
+        let moving = bound.vertices.iter().zip(&bound.rows);
+        let share = |vertex: u32| {
+            shares
+                .get(vertex as usize)
+                .map_or(1.0, |share| share.clamp(0.0, 1.0))
+        };
+        let moving = moving.map(|(vertex, row)| MovingVertex {
+            vertex: *vertex,
+            row: *row,
+            share: share(*vertex),
+        });
+        let takes: Vec<bool> = moving.clone().map(|moving| moving.share > 0.0).collect();
+        let turns = bound.turns.iter().zip(&takes);
+        let linear = bound.mesh_from_root;
+        Ok(Self {
+            vertices: moving.filter(|moving| moving.share > 0.0).collect(),
+            turns: turns
+                .filter(|(_, takes)| **takes)
+                .map(|(turn, _)| *turn)
+                .collect(),
+            mesh_from_row: Mat3A::from(linear * size),
+            normals_from_row: Mat3A::from(normals_from(linear)),
+            still_positions: positions.to_vec(),
+            still_normals: normals.to_vec(),
+            positions: positions.to_vec(),
+            normals: normals.to_vec(),
+            is_shown: true,
+            gain: 1.0,
+        })
+    }
+
+    /// The first vertex that moves and the one after the last; an empty range where none does.
+    pub fn moving(&self) -> std::ops::Range<u32> {
+        match (self.vertices.first(), self.vertices.last()) {
+            (Some(first), Some(last)) => first.vertex..last.vertex + 1,
+            _ => 0..0,
+        }
+    }
+
+    /// How many vertices move.
+    pub fn moving_count(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Positions with offsets, `[vertex][3]`.
+    pub fn positions(&self) -> &[f32] {
+        &self.positions
+    }
+
+    /// Unit normals, `[vertex][3]`; empty where the engine gave none.
+    pub fn normals(&self) -> &[f32] {
+        &self.normals
+    }
+
+    fn update(&mut self, of_rows: &[Change]) {
+        let has_normals = !self.normals.is_empty();
+        for (at, moving) in self.vertices.iter().enumerate() {
+            let row = &of_rows[moving.row as usize];
+            let mut offset = self.mesh_from_row * row.offset_m;
+            let mut normal = self.normals_from_row * row.normal;
+            if let Some(turn) = self.turns.get(at) {
+                offset = *turn * offset;
+                normal = *turn * normal;
+            }
+            let share = moving.share * self.gain;
+            let from = 3 * moving.vertex as usize;
+            let still = load(&self.still_positions, from);
+            store(&mut self.positions, from, still + offset * share);
+            if has_normals {
+                let still = load(&self.still_normals, from);
+                let changed = still + normal * share;
+                store(&mut self.normals, from, changed.normalize_or(still));
+            }
+        }
+    }
+}
+
+/// Turns normals as `linear` turns the surface; without its size, the change of a unit vector stays one.
+fn normals_from(linear: Mat3) -> Mat3 {
+    let size = linear.determinant().abs().cbrt();
+    let turned = linear.inverse().transpose() * size;
+    if turned.is_finite() {
+        turned
+    } else {
+        Mat3::IDENTITY
+    }
+}
+
+fn load(numbers: &[f32], from: usize) -> Vec3A {
+    Vec3A::from_slice(&numbers[from..from + 3])
+}
+
+fn store(numbers: &mut [f32], from: usize, value: Vec3A) {
+    numbers[from..from + 3].copy_from_slice(&value.to_array());
+}

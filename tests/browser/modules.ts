@@ -1,0 +1,28 @@
+import type { Page } from "@playwright/test";
+import { REPOSITORY_URL } from "./places.js";
+
+const IMPORTS = {
+  "@babylonjs/core/": "/node_modules/@babylonjs/core/",
+  "@babylonjs/loaders/": "/node_modules/@babylonjs/loaders/",
+  dynaskin: "/web/sdk/dist/index.js",
+  "dynaskin/babylon": "/web/sdk/dist/babylon/index.js",
+  "dynaskin/three": "/web/sdk/dist/three/index.js",
+  three: "/node_modules/three/build/three.module.js",
+  "three/webgpu": "/node_modules/three/build/three.webgpu.js",
+  "three/addons/": "/node_modules/three/examples/jsm/",
+};
+
+/** Opens an empty page that finds engines and the package by name; gives the list of its errors. */
+export async function openModules(page: Page, name: string): Promise<string[]> {
+  const problems: string[] = [];
+  page.on("pageerror", (error) => problems.push(error.message));
+  await page.route(`**/${name}`, (route) =>
+    route.fulfill({
+      contentType: "text/html",
+      body: `<!doctype html><title>${name}</title><link rel="icon" href="data:,">
+        <script type="importmap">${JSON.stringify({ imports: IMPORTS })}</script>`,
+    }),
+  );
+  await page.goto(`${REPOSITORY_URL}/${name}`);
+  return problems;
+}

@@ -1,0 +1,300 @@
+import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
+import type { Material } from "@babylonjs/core/Materials/material.js";
+import { Matrix, Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
+import type { Geometry } from "@babylonjs/core/Meshes/geometry.js";
+import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
+import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
+import { type BindOptions as AnyBindOptions, bindParts } from "../bind/bind.js";
+import type { Binding } from "../bind/binding.js";
+import {
+  type AvatarRig,
+  type AvatarSurface,
+  type RigBone,
+  shareOf,
+  TissueDriver,
+  type TissueOptions,
+} from "../bind/tissue.js";
+import { DynaSkinError } from "../error.js";
+import type { Model } from "../model.js";
+import {
+  checkRoot,
+  type Humanoid,
+  jointsOf,
+  readAvatar,
+  skinnedMeshes,
+  worldOf,
+} from "./read-avatar.js";
+
+/** How an avatar of Babylon.js is bound. */
+export interface BindOptions extends AnyBindOptions {
+  /** The nodes that VRM calls a person's bones, by its names; without them the names of nodes tell. */
+  humanoid?: Humanoid;
+}
+
+/**
+ * Finds out how a body's tissue moves an avatar: its bones, its shape, and where its skin lies on the body.
+ * The pose and the place in which the avatar stands do not matter; nothing of it is changed.
+ *
+ * ```ts
+ * const { meshes } = await ImportMeshAsync("/me.glb", scene);
+ * const binding = await bindAvatar(model, meshes[0], { depicts: "adult" });
+ * ```
+ *
+ * @param model - a model of the avatar's sex
+ * @param root - what has the avatar's skinned meshes and their bones in it, +Y up
+ * @throws DynaSkinError `adult` for what is not declared or not proportioned as an adult, `avatar` for
+ *   meshes and `humanoid` for bones that are no person's, `worker`, `fetch`, `wasm`, `argument`
+ */
+export function bindAvatar(
+  model: Model,
+  root: TransformNode,
+  options: BindOptions,
+): Promise<Binding> {
+  return bindParts(model, options, () => {
+    checkRoot(root);
+    return readAvatar(root, options.humanoid);
+  });
+}
+
+/**
+ * Plays a binding: all skinned meshes under the root get a geometry of their own, on which the tissue's
+ * offsets go in before skinning. Materials, shadows and morph targets see the same surface.
+ *
+ * ```ts
+ * const tissue = new AvatarTissue(model, meshes[0], binding);
+ * scene.onBeforeRenderObservable.add(() => {
+ *   tissue.update(engine.getDeltaTime() / 1000); // seconds; animations have moved the bones by then
+ * });
+ * ```
+ */
+export class AvatarTissue extends TissueDriver<Mesh> {
+  /** The avatar's root that was handed in. */
+  readonly root: TransformNode;
+
+  /**
+   * @param model - a model of the body that the avatar was bound to
+   * @param root - the avatar, or a clone of it
+   * @throws DynaSkinError `binding` if meshes or bones are others than those that were bound, `argument`;
+   *   nothing of the avatar is then changed
+   */
+  constructor(
+    model: Model,
+    root: TransformNode,
+    binding: Binding,
+    options: TissueOptions<Mesh, Material | null> = {},
+  ) {
+    super(model, binding, options, () => {
+      checkRoot(root);
+      return new BabylonAvatar(root, options);
+    });
+    this.root = root;
+  }
+}
+
+/** Of a geometry of ours: the one that it stands for, also on clones. */
+const sources = new WeakMap<Geometry, Geometry>();
+
+/** More of a surface's morph targets than this hide the tissue. */
+const LEAST_BASE = 0.1;
+
+const matrix = new Matrix();
+const scale = new Vector3();
+const place = new Vector3();
+const rotation = new Quaternion();
+const wanted = new Quaternion();
+
+/** Positions and normals of a geometry, which clones share. */
+class Surface implements AvatarSurface {
+  readonly name: string;
+  readonly positions: Float32Array;
+  readonly normals: Float32Array;
+  readonly shares: Float32Array;
+  readonly meshes: Mesh[] = [];
+  readonly #source: Geometry;
+  #own: Geometry | null = null;
+
+  constructor(mesh: Mesh, source: Geometry, share: number) {
+    this.#source = source;
+    this.name = `${mesh.name} (${mesh.material?.name ?? "no material"})`;
+    this.positions = dataOf(source, VertexBuffer.PositionKind);
+    this.normals = dataOf(source, VertexBuffer.NormalKind);
+    const count = this.positions.length / 3;
+    this.shares = share === 1 ? new Float32Array(0) : new Float32Array(count).fill(share);
+  }
+
+  isShown(): boolean {
+    return this.meshes.some((mesh) => mesh.isVisible && mesh.isEnabled());
+  }
+
+  /** Babylon takes the base out of the mesh as morph targets come in, and the tissue with it. */
+  gain(): number {
+    const { morphTargetManager } = this.meshes[0] ?? {};
+    let morphed = 0;
+    for (let idx = 0; idx < (morphTargetManager?.numTargets ?? 0); idx += 1) {
+      morphed += morphTargetManager?.getTarget(idx).influence ?? 0;
+    }
+    return 1 / Math.max(1 - morphed, LEAST_BASE);
+  }
+
+  attach(): void {
+    const own = this.#source.copy(`${this.#source.id} dynaskin`);
+    own.setVerticesData(VertexBuffer.PositionKind, this.positions.slice(), true, 3);
+    if (this.normals.length > 0) {
+      own.setVerticesData(VertexBuffer.NormalKind, this.normals.slice(), true, 3);
+    }
+    sources.set(own, this.#source);
+    for (const mesh of this.meshes) apply(own, mesh);
+    this.#own = own;
+  }
+
+  detach(): void {
+    for (const mesh of this.meshes) {
+      // Whoever has given it another meanwhile keeps that.
+      const { geometry } = mesh;
+      if (!mesh.isDisposed() && geometry && sources.has(geometry)) apply(this.#source, mesh);
+    }
+    this.#own?.dispose();
+    this.#own = null;
+  }
+
+  upload(positions: Float32Array, normals: Float32Array): void {
+    this.#own?.updateVerticesData(VertexBuffer.PositionKind, positions, false);
+    if (normals.length > 0) {
+      this.#own?.updateVerticesData(VertexBuffer.NormalKind, normals, false);
+    }
+  }
+}
+
+function dataOf(geometry: Geometry, kind: string): Float32Array {
+  return Float32Array.from(geometry.getVerticesData(kind, true) ?? []);
+}
+
+/** Gives a mesh a geometry; its bounds stay. */
+function apply(geometry: Geometry, mesh: Mesh): void {
+  const bounds = mesh.getBoundingInfo();
+  geometry.applyToMesh(mesh);
+  mesh.setBoundingInfo(bounds);
+}
+
+/** The avatar's meshes, surfaces and bones. */
+class BabylonAvatar implements AvatarRig<Mesh> {
+  readonly meshes: Mesh[] = [];
+  readonly surfaces: Surface[] = [];
+  readonly #root: TransformNode;
+  #attached: Surface[] = [];
+  #bones: TransformNode[] = [];
+  /** Bones and what is above them, from the root downwards. */
+  #path: TransformNode[] = [];
+
+  constructor(root: TransformNode, options: TissueOptions<Mesh, Material | null>) {
+    this.#root = root;
+    const all = skinnedMeshes(root);
+    if (all.length === 0) {
+      throw new DynaSkinError("argument", "There is no skinned mesh under the node given.");
+    }
+    const known = new Map<Geometry, Map<number, Surface>>();
+    for (const mesh of all) {
+      const share = shareOf(options, mesh, mesh.material);
+      const geometry = mesh.geometry as Geometry;
+      const source = sources.get(geometry) ?? geometry;
+      if (share === 0) continue;
+      const ofShares = known.get(source) ?? new Map<number, Surface>();
+      const surface = ofShares.get(share) ?? new Surface(mesh, source, share);
+      if (!ofShares.has(share)) this.surfaces.push(surface);
+      known.set(source, ofShares.set(share, surface));
+      surface.meshes.push(mesh);
+      this.meshes.push(mesh);
+    }
+  }
+
+  findBones(bones: readonly RigBone[], bound: readonly number[]): string[] {
+    const missing: string[] = [];
+    this.#bones = bones.flatMap((bone) => {
+      const found = this.#find(bone, bound);
+      if (!found) missing.push(bone.name || "(nameless)");
+      return found ? [found] : [];
+    });
+    this.#path = pathTo(this.#bones, this.#root);
+    return missing;
+  }
+
+  attach(moving: readonly number[]): void {
+    this.#attached = moving.flatMap((idx) => this.surfaces[idx] ?? []);
+    for (const surface of this.#attached) surface.attach();
+  }
+
+  detach(): void {
+    for (const surface of this.#attached) surface.detach();
+  }
+
+  readBones(into: Float64Array): void {
+    this.#root.computeWorldMatrix(true);
+    for (const node of this.#path) node.computeWorldMatrix(true);
+    for (const [idx, bone] of this.#bones.entries()) {
+      into.set(worldOf(bone, matrix, false).asArray(), 16 * idx);
+    }
+  }
+
+  readRoot(): Float64Array {
+    return Float64Array.from(worldOf(this.#root, matrix, true).asArray());
+  }
+
+  turnBone(idx: number, rotations: Float64Array, at: number): void {
+    const bone = this.#bones[idx];
+    if (!bone) return;
+    worldOf(this.#root, matrix, true).decompose(scale, wanted, place);
+    wanted.multiplyInPlace(Quaternion.FromArrayToRef(rotations, at, rotation));
+    if (bone.parent) {
+      worldAbove(bone).decompose(scale, rotation, place);
+      rotation.conjugateInPlace().multiplyToRef(wanted, wanted);
+    }
+    bone.rotationQuaternion ??= new Quaternion();
+    bone.rotationQuaternion.copyFrom(wanted);
+  }
+
+  moveBone(idx: number, by: Float64Array): void {
+    const bone = this.#bones[idx];
+    if (!bone) return;
+    worldOf(bone, matrix, true).getTranslationToRef(place);
+    place.addInPlaceFromFloats(by[0] ?? 0, by[1] ?? 0, by[2] ?? 0);
+    if (bone.parent) {
+      Vector3.TransformCoordinatesToRef(place, worldAbove(bone).invert(), place);
+    }
+    bone.position.copyFrom(place);
+  }
+
+  /** By its place in a skin, if it is called as it was there; else by name. */
+  #find({ name, mesh, joint }: RigBone, bound: readonly number[]): TransformNode | undefined {
+    const surface = this.surfaces[bound.indexOf(mesh ?? -1)];
+    const bones = surface?.meshes[0] ? jointsOf(surface.meshes[0]) : [];
+    const byPlace = bones[joint ?? -1]?.getTransformNode();
+    if (byPlace && byPlace.name === name) return byPlace;
+    if (name === "") return byPlace ?? undefined;
+    for (const own of this.meshes) {
+      const found = jointsOf(own).find((bone) => bone?.getTransformNode()?.name === name);
+      if (found) return found.getTransformNode() ?? undefined;
+    }
+    const nodes = [this.#root, ...this.#root.getDescendants(false)] as TransformNode[];
+    return nodes.find((node) => node.name === name);
+  }
+}
+
+/** The matrix of what is above a node, which has been computed already, or is now. */
+function worldAbove(node: TransformNode): Matrix {
+  const { parent } = node;
+  return parent ? worldOf(parent, matrix, true) : Matrix.IdentityToRef(matrix);
+}
+
+/** The nodes and all between them and the root, parents first. */
+function pathTo(nodes: readonly TransformNode[], root: TransformNode): TransformNode[] {
+  const path = new Set<TransformNode>();
+  for (const node of nodes) {
+    const above: TransformNode[] = [];
+    for (let next: TransformNode | null = node; next && next !== root; ) {
+      above.push(next);
+      next = next.parent as TransformNode | null;
+    }
+    for (const next of above.reverse()) path.add(next);
+  }
+  return [...path];
+}

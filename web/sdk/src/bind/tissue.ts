@@ -1,0 +1,346 @@
+// What every engine does alike to play a binding. An engine adds the functions of `AvatarRig`.
+import { claimMesh, releaseMesh } from "../adapter/rig.js";
+import type { Avatar } from "../avatar.js";
+import { checkCallback, checkObject } from "../check.js";
+import { type Core, CoreArray } from "../core.js";
+import { DynaSkinError } from "../error.js";
+import type { Model } from "../model.js";
+import { checkLength, POSE_LENGTH, type Pose } from "../pose.js";
+import type { PoseSource } from "../pose-source.js";
+import type { CoreBinding, CoreTissue } from "../wasm/core.js";
+import { Binding, checkModel } from "./binding.js";
+
+/** How tissue is played on an avatar. */
+export interface TissueOptions<Mesh, Material> {
+  /** Says which meshes, or materials of them, stay as plain skinning has them: armour, belts, pouches. */
+  exclude?: (mesh: Mesh, material: Material) => boolean;
+  /**
+   * How stiff a mesh or a material of it is, 0 to 1: 0, as all that is left out, moves like the body, 1
+   * stays still.
+   */
+  stiffness?: (mesh: Mesh, material: Material) => number;
+  /** Where the poses come from; see `PoseSource`. `display` if left out. */
+  poseSource?: PoseSource;
+}
+
+/** Numbers of a matrix. */
+const MATRIX = 16;
+
+/** A bone that turns joints: its name, and where a skin has it. */
+export interface RigBone {
+  name: string;
+  mesh: number | null;
+  joint: number | null;
+}
+
+/**
+ * A surface that an engine draws, and perhaps several meshes share: its arrays as they are without tissue.
+ *
+ * @internal
+ */
+export interface AvatarSurface {
+  /** What it is called in messages. */
+  readonly name: string;
+  /** `[vertex][x, y, z]`, in its own space. */
+  readonly positions: Float32Array;
+  /** Unit normals, likewise; empty where it has none. */
+  readonly normals: Float32Array;
+  /** How much of the tissue each vertex takes, `[vertex]`; empty for all of it. */
+  readonly shares: Float32Array;
+  /** Whether any mesh shows it. */
+  isShown(): boolean;
+  /** What the engine makes of offsets before it skins, so that they are to be so many times as large. */
+  gain?(): number;
+  /** Shows other positions and normals, of the vertices from `first` to before `end`. */
+  upload(positions: Float32Array, normals: Float32Array, first: number, end: number): void;
+}
+
+/**
+ * An avatar as its engine has it.
+ *
+ * @internal
+ */
+export interface AvatarRig<Mesh extends object> {
+  /** Meshes that are to move. */
+  readonly meshes: readonly Mesh[];
+  readonly surfaces: readonly AvatarSurface[];
+  /**
+   * Finds the bones, before anything changes. `bound`: the number of each surface's mesh in the binding.
+   *
+   * @returns names of those that are not there
+   */
+  findBones(bones: readonly RigBone[], bound: readonly number[]): string[];
+  /** Shows surfaces of the avatar's own from now on; only those of these numbers move. */
+  attach(moving: readonly number[]): void;
+  /** Gives the meshes back what they had. */
+  detach(): void;
+  /** Writes the matrices of the bones in the world, right-handed, column-major. */
+  readBones(into: Float64Array): void;
+  /** The matrix of the avatar's root in the world, as those of the bones. */
+  readRoot(): Float64Array;
+  /** Turns a bone as the quaternion at `rotations[at]` says, in the root's space. Parents come first. */
+  turnBone(bone: number, rotations: Float64Array, at: number): void;
+  /** Moves a bone by this much of the world. */
+  moveBone(bone: number, by: Float64Array): void;
+}
+
+/** A surface that moves: its number, and its arrays in the core. */
+interface Moving {
+  surface: AvatarSurface;
+  idx: number;
+  positions: CoreArray;
+  normals: CoreArray | null;
+  first: number;
+  end: number;
+  isShown: boolean;
+  gain: number;
+}
+
+/** Plays a binding on the meshes of an avatar of any engine. */
+export abstract class TissueDriver<Mesh extends object> {
+  /** The body whose tissue moves the avatar: its controls, detail and timings. It is this object's own. */
+  readonly avatar: Avatar;
+  /** The binding that was handed in. */
+  readonly binding: Binding;
+  /** Vertices that move, over all meshes. */
+  readonly movingVertices: number;
+  readonly #core: Core;
+  readonly #rig: AvatarRig<Mesh>;
+  readonly #bones: WorldMatrices;
+  readonly #moving: Moving[];
+  #raw: CoreTissue | null;
+
+  /** @internal */
+  constructor(
+    model: Model,
+    binding: Binding,
+    options: TissueOptions<never, never>,
+    rigOf: () => AvatarRig<Mesh>,
+  ) {
+    checkArguments(model, binding, options);
+    const core = model.core;
+    const rig = rigOf();
+    const raw = binding.open(model);
+    const claimed: Mesh[] = [];
+    try {
+      const bound = rig.surfaces.map((surface) => meshOf(core, raw, surface));
+      const bones = core.guard(() => raw.bones()) as RigBone[];
+      checkBones(rig.findBones(bones, bound));
+      for (const mesh of rig.meshes) {
+        claimMesh(mesh);
+        claimed.push(mesh);
+      }
+      const { poseSource } = options;
+      const shape = core.guard(() => raw.shape());
+      this.avatar = model.createAvatar({ shape, ...(poseSource && { poseSource }) });
+      this.#raw = core.guard(() => new core.glue.CoreTissue(raw, this.avatar.raw));
+      this.#bones = new WorldMatrices(core, this.#raw, bones.length);
+      this.#moving = addSurfaces(core, this.#raw, rig.surfaces, bound);
+    } catch (error) {
+      claimed.forEach(releaseMesh);
+      throw error;
+    } finally {
+      core.free(raw);
+    }
+    this.#core = core;
+    this.#rig = rig;
+    this.binding = binding;
+    this.movingVertices = this.#moving.reduce((sum, { idx }) => sum + this.#countOf(idx), 0);
+    rig.attach(this.#moving.map(({ idx }) => idx));
+  }
+
+  /**
+   * Reads the bones, moves the tissue and hands the surface to the meshes. Call it once a frame after
+   * everything that moves bones, before rendering. Meshes that are not visible cost nothing.
+   *
+   * @param deltaSeconds - time since the last call in seconds; less than 0 counts as 0
+   * @throws DynaSkinError `disposed`, or what `Avatar.step` throws; the meshes then keep their surface
+   */
+  update(deltaSeconds: number): void {
+    const raw = this.#alive;
+    this.#rig.readBones(this.#bones.view);
+    this.#tellShown(raw);
+    this.#core.guard(() => raw.step(this.avatar.raw, Math.max(0, deltaSeconds)));
+    this.#upload();
+  }
+
+  /**
+   * Hands the tissue's present surface to the meshes without moving it on, such as after a change of
+   * `avatar.strength` while the page stands still.
+   *
+   * @throws DynaSkinError `disposed`
+   */
+  show(): void {
+    const raw = this.#alive;
+    this.#tellShown(raw);
+    this.#core.guard(() => raw.refresh(this.avatar.raw));
+    this.#upload();
+  }
+
+  /** The body's pose at the last update, 99 numbers. A copy. */
+  get pose(): Pose {
+    const raw = this.#alive;
+    return this.#core.guard(() => raw.pose(this.avatar.raw));
+  }
+
+  /**
+   * Poses the avatar's bones as a dynaskin pose says, for motions that come from `Motion.poseAt` instead
+   * of the engine's own animations. The pose counts from where the avatar's root is.
+   *
+   * @throws DynaSkinError `argument` for a wrong length, `disposed`
+   */
+  writePose(pose: Pose): void {
+    const raw = this.#alive;
+    checkLength("pose", pose, POSE_LENGTH);
+    const numbers = Float64Array.from(pose);
+    const rotations = this.#core.guard(() => raw.rotationsOf(numbers));
+    for (let bone = 0; 4 * bone < rotations.length; bone += 1) {
+      this.#rig.turnBone(bone, rotations, 4 * bone);
+    }
+    this.#rig.readBones(this.#bones.view);
+    const root = this.#rig.readRoot();
+    const move = this.#core.guard(() => raw.moveTo(this.avatar.raw, numbers, root));
+    this.#rig.moveBone(move[0] ?? 0, move.subarray(1));
+  }
+
+  /**
+   * Gives the meshes back their geometry, and frees the tissue. The binding stays good. May be called
+   * again.
+   */
+  dispose(): void {
+    const raw = this.#raw;
+    if (!raw) return;
+    this.#raw = null;
+    this.#rig.meshes.forEach(releaseMesh);
+    this.#rig.detach();
+    this.#core.free(raw);
+    this.avatar.dispose();
+  }
+
+  get #alive(): CoreTissue {
+    if (this.#raw) return this.#raw;
+    throw new DynaSkinError("disposed", "This AvatarTissue was used after dispose().");
+  }
+
+  #countOf(idx: number): number {
+    const raw = this.#alive;
+    return this.#core.guard(() => raw.moving(idx))[2] ?? 0;
+  }
+
+  #tellShown(raw: CoreTissue): void {
+    for (const moving of this.#moving) {
+      const gain = moving.surface.gain?.() ?? 1;
+      if (gain !== moving.gain) {
+        moving.gain = gain;
+        this.#core.guard(() => raw.setGain(moving.idx, gain));
+      }
+      const isShown = moving.surface.isShown();
+      if (isShown === moving.isShown) continue;
+      moving.isShown = isShown;
+      this.#core.guard(() => raw.show(moving.idx, isShown));
+    }
+  }
+
+  #upload(): void {
+    for (const { surface, positions, normals, first, end, isShown } of this.#moving) {
+      if (isShown) surface.upload(positions.view, normals?.view ?? NONE, first, end);
+    }
+  }
+}
+
+const NONE = new Float32Array(0);
+
+/** The bones' matrices in the core's memory, which may move when it grows. */
+class WorldMatrices {
+  readonly #core: Core;
+  readonly #address: number;
+  readonly #length: number;
+  #view: Float64Array;
+
+  constructor(core: Core, raw: CoreTissue, bones: number) {
+    this.#core = core;
+    this.#address = core.guard(() => raw.bonesPtr());
+    this.#length = MATRIX * bones;
+    this.#view = new Float64Array(core.memory.buffer, this.#address, this.#length);
+  }
+
+  get view(): Float64Array {
+    this.#core.assertSound();
+    const { buffer } = this.#core.memory;
+    if (this.#view.buffer !== buffer) {
+      this.#view = new Float64Array(buffer, this.#address, this.#length);
+    }
+    return this.#view;
+  }
+}
+
+function checkArguments(model: Model, binding: Binding, options: TissueOptions<never, never>) {
+  checkModel(model);
+  if (!(binding instanceof Binding)) {
+    throw new DynaSkinError(
+      "argument",
+      "AvatarTissue needs a binding, as bindAvatar() or Binding.fromBytes() gives it.",
+    );
+  }
+  checkObject("options", options);
+  checkCallback("exclude", options.exclude);
+  checkCallback("stiffness", options.stiffness);
+}
+
+function meshOf(core: Core, raw: CoreBinding, { name, positions }: AvatarSurface): number {
+  const mesh = core.guard(() => raw.meshOf(positions));
+  if (mesh >= 0) return mesh;
+  throw new DynaSkinError(
+    "binding",
+    `The binding has no mesh like ${name} (${positions.length / 3} vertices): it was made for another ` +
+      "avatar, or the mesh was changed or added since. Bind this avatar again, or exclude the mesh.",
+  );
+}
+
+function checkBones(missing: readonly string[]): void {
+  if (missing.length === 0) return;
+  throw new DynaSkinError(
+    "binding",
+    `The avatar has no bone called ${missing.join(", ")}, which the binding needs: it was made for ` +
+      "another avatar. Bind this one again.",
+  );
+}
+
+/** Those on which nothing moves are left out. */
+function addSurfaces(
+  core: Core,
+  raw: CoreTissue,
+  surfaces: readonly AvatarSurface[],
+  bound: readonly number[],
+): Moving[] {
+  const added = surfaces.map((surface, idx): Moving => {
+    const { positions, normals, shares } = surface;
+    return core.guard(() => {
+      raw.addSurface(bound[idx] ?? 0, positions, normals, shares);
+      const [first = 0, end = 0] = raw.moving(idx);
+      const array = (locate: () => number) => new CoreArray(core, locate, positions.length);
+      return {
+        ...{ surface, idx, first, end, isShown: true, gain: 1 },
+        positions: array(() => raw.positionsPtr(idx)),
+        normals: normals.length > 0 ? array(() => raw.normalsPtr(idx)) : null,
+      };
+    });
+  });
+  return added.filter(({ first, end }) => end > first);
+}
+
+/**
+ * How much of the tissue a mesh of one or several materials takes: one number, or one a vertex.
+ *
+ * @internal
+ */
+export function shareOf<Mesh, Material>(
+  { exclude, stiffness }: TissueOptions<Mesh, Material>,
+  mesh: Mesh,
+  material: Material,
+): number {
+  if (exclude?.(mesh, material)) return 0;
+  const stiff = stiffness?.(mesh, material) ?? 0;
+  if (typeof stiff === "number" && stiff >= 0 && stiff <= 1) return 1 - stiff;
+  throw new DynaSkinError("argument", `stiffness must give a number from 0 to 1, got ${stiff}.`);
+}

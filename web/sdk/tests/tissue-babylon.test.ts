@@ -1,0 +1,159 @@
+import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
+import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
+import { ImportMeshAsync } from "@babylonjs/core/Loading/sceneLoader.js";
+import { Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
+import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
+import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
+import { Scene } from "@babylonjs/core/scene.js";
+import "@babylonjs/loaders/glTF/index.js";
+import { type Model, Motion } from "dynaskin";
+import { AvatarTissue, type Binding, bindAvatar } from "dynaskin/babylon";
+import { bindAvatar as bindInThree } from "dynaskin/three";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import {
+  expectError,
+  largestDifference,
+  largestOffset,
+  loadModel,
+  readModelFile,
+} from "./support.js";
+
+const ADULT = { depicts: "adult", worker: false } as const;
+
+let model: Model;
+let binding: Binding;
+const engine = new NullEngine();
+beforeAll(async () => {
+  model = await loadModel();
+  binding = await bindAvatar(model, (await loadBody()).root, ADULT);
+});
+afterAll(() => {
+  model.dispose();
+  engine.dispose();
+});
+
+/** The body as if it were somebody else's avatar: quantised, with morph targets. */
+async function loadBody(rightHanded = false): Promise<{ root: TransformNode; mesh: Mesh }> {
+  const scene = new Scene(engine);
+  scene.useRightHandedSystem = rightHanded;
+  const file = readModelFile("body.glb");
+  const { meshes } = await ImportMeshAsync(file, scene, { pluginExtension: ".glb" });
+  const mesh = meshes.find(({ skeleton }) => skeleton) as Mesh;
+  return { root: meshes[0] as TransformNode, mesh };
+}
+
+function shown(mesh: Mesh): Float32Array {
+  return Float32Array.from(mesh.getVerticesData(VertexBuffer.PositionKind) ?? []);
+}
+
+/** Plays a hop; gives the largest offset of the body, and of the mesh in the mesh's own unit. */
+function hop(tissue: AvatarTissue, mesh: Mesh, still: Float32Array, ticks = 60) {
+  const motion = Motion.procedural("hop", tissue.avatar);
+  let [ofBody, ofMesh] = [0, 0];
+  for (let tick = 0; tick < ticks; tick += 1) {
+    tissue.writePose(motion.poseAt(tick / 60));
+    tissue.update(1 / 60);
+    ofBody = Math.max(ofBody, largestOffset(tissue.avatar.offsets));
+    const moved = shown(mesh).map((at, idx) => at - (still[idx] ?? 0));
+    ofMesh = Math.max(ofMesh, largestOffset(moved));
+  }
+  motion.dispose();
+  return { ofBody, ofMesh };
+}
+
+describe("AvatarTissue in Babylon.js", () => {
+  it("finds the body, as three.js does", async () => {
+    expect(binding.report.shareClose).toBeGreaterThan(0.98);
+    expect(binding.report.missing).toEqual([]);
+    const { buffer } = readModelFile("body.glb");
+    const { scene } = await new GLTFLoader().parseAsync(buffer as ArrayBuffer, "");
+    const inThree = await bindInThree(model, scene, ADULT);
+    expect(inThree.report.bones).toEqual(binding.report.bones);
+    // What one engine bound plays in the other.
+    const { root, mesh } = await loadBody();
+    const tissue = new AvatarTissue(model, root, inThree);
+    expect(hop(tissue, mesh, shown(mesh), 30).ofMesh).toBeGreaterThan(0);
+    tissue.dispose();
+  });
+
+  it.each([
+    ["left-handed", false],
+    ["right-handed", true],
+  ])("moves the mesh in a %s scene, and gives it back", async (_name, rightHanded) => {
+    const { root, mesh } = await loadBody(rightHanded);
+    const mover = new TransformNode("mover", root.getScene());
+    root.parent = mover;
+    mover.position = new Vector3(2, 0.3, -1);
+    mover.rotationQuaternion = Quaternion.RotationYawPitchRoll(0.8, 0, 0);
+    const { geometry } = mesh;
+    const still = shown(mesh);
+    const tissue = new AvatarTissue(model, root, binding);
+    expect(tissue.movingVertices).toBeGreaterThan(2000);
+    const { ofBody, ofMesh } = hop(tissue, mesh, still);
+    expect(ofBody).toBeGreaterThan(0.004);
+    // The file counts in steps of a tenth of a millimetre, or in metres.
+    const unitsPerM = largestOf(still) > 10 ? 1e4 : 1;
+    expect(ofMesh / unitsPerM / ofBody).toBeGreaterThan(0.8);
+    expect(ofMesh / unitsPerM / ofBody).toBeLessThan(1.2);
+    tissue.dispose();
+    expect(mesh.geometry).toBe(geometry);
+    expect(shown(mesh)).toEqual(still);
+    await expectError("disposed", () => tissue.update(1 / 60));
+  });
+
+  it("reads the pose that it writes, in both kinds of scenes", async () => {
+    for (const rightHanded of [false, true]) {
+      const { root } = await loadBody(rightHanded);
+      const tissue = new AvatarTissue(model, root, binding);
+      const motion = Motion.procedural("walk", tissue.avatar);
+      const pose = motion.poseAt(0.7);
+      tissue.writePose(pose);
+      tissue.update(1 / 60);
+      const read = tissue.pose;
+      expect(largestDifference(read.subarray(7), pose.subarray(7))).toBeLessThan(1e-4);
+      motion.dispose();
+      tissue.dispose();
+    }
+  });
+
+  it("makes up for what Babylon takes away as morph targets come in", async () => {
+    const { root, mesh } = await loadBody();
+    const tissue = new AvatarTissue(model, root, binding);
+    const still = shown(mesh);
+    hop(tissue, mesh, still, 40);
+    const plain = shown(mesh).map((at, idx) => at - (still[idx] ?? 0));
+    const target = mesh.morphTargetManager?.getTarget(0);
+    expect(target).toBeDefined();
+    if (target) target.influence = 0.5;
+    tissue.show();
+    const doubled = shown(mesh).map((at, idx) => at - (still[idx] ?? 0));
+    expect(largestOffset(doubled) / largestOffset(plain)).toBeCloseTo(2, 1);
+    tissue.dispose();
+  });
+
+  it("refuses another avatar, and nothing", async () => {
+    const { root, mesh } = await loadBody();
+    const { geometry } = mesh;
+    const bones = mesh.skeleton?.bones ?? [];
+    for (const bone of bones) {
+      const node = bone.getTransformNode();
+      if (node) node.name = `x${node.name}`;
+    }
+    await expectError("binding", () => new AvatarTissue(model, root, binding));
+    expect(mesh.geometry).toBe(geometry);
+    await expectError("argument", () => new AvatarTissue(model, {} as TransformNode, binding));
+    const empty = new TransformNode("empty", root.getScene());
+    await expectError("argument", () => new AvatarTissue(model, empty, binding));
+    await expectError("avatar", () => bindAvatar(model, empty, ADULT));
+    const excluded = new AvatarTissue(model, (await loadBody()).root, binding, {
+      exclude: () => true,
+    });
+    expect(excluded.movingVertices).toBe(0);
+    excluded.dispose();
+  });
+});
+
+function largestOf(numbers: Float32Array): number {
+  return numbers.reduce((most, at) => Math.max(most, Math.abs(at)), 0);
+}
