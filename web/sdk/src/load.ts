@@ -36,7 +36,7 @@ const MAX_BUNDLE_BYTES = 16 * 2 ** 20;
 export interface LoadOptions {
   /**
    * The folder that holds `bundle.json` and the files it names (with or without the final slash),
-   * or the files themselves.
+   * or the files themselves, as the packages `dynaskin-female` and `dynaskin-male` name them.
    */
   model: string | URL | ModelFiles;
   /**
@@ -160,13 +160,7 @@ function toSources(model: LoadOptions["model"]): Sources {
         `model must be an address or the model's files, got ${model === null ? "null" : typeof model}.`,
       );
     }
-    for (const key of ["bundle", "body", "predictor", "decoder"] as const) {
-      if (model[key] !== undefined && model[key] !== null) continue;
-      throw new DynaSkinError(
-        "argument",
-        `model lacks the file ${key}; it needs bundle, body, predictor and decoder.`,
-      );
-    }
+    checkFiles(model);
     return { bundle: model.bundle, file: (_bundle, key) => model[key] };
   }
   const address = String(model);
@@ -175,6 +169,33 @@ function toSources(model: LoadOptions["model"]): Sources {
     bundle: new URL("bundle.json", folder),
     file: (bundle, key) => new URL(encodeURIComponent(bundle[key].file), folder),
   };
+}
+
+/** The files of a model. */
+const FILE_KEYS = ["bundle", "body", "predictor", "decoder"] as const;
+
+function checkFiles(model: ModelFiles): void {
+  const missing = FILE_KEYS.find((key) => model[key] === undefined || model[key] === null);
+  if (missing === undefined) return;
+  throw new DynaSkinError(
+    "argument",
+    `model lacks the file ${missing}; it needs bundle, body, predictor and decoder.`,
+  );
+}
+
+/**
+ * The files with `change` made to each.
+ *
+ * @throws DynaSkinError `argument` where one is missing
+ * @internal
+ */
+export function mapFiles(
+  model: ModelFiles,
+  change: (source: FileSource, key: keyof ModelFiles) => FileSource,
+): ModelFiles {
+  checkFiles(model);
+  const changed = FILE_KEYS.map((key) => [key, change(model[key], key)] as const);
+  return Object.fromEntries(changed) as Record<keyof ModelFiles, FileSource>;
 }
 
 function toUrl(address: string): URL {
