@@ -146,10 +146,15 @@ export default defineConfig({
   ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },
+  // The thread that binds avatars takes the same core as the page.
+  worker: { format: "es", plugins: () => [coreWithGuests()] },
   // `license` lists the npm packages in the page; the WebAssembly has its own list.
   build: {
     target: "es2022",
     chunkSizeWarningLimit: 1000,
     license: { fileName: "licences-npm.md" },
+    rolldownOptions: {
+      input: ["index.html", "own.html"].map((page) => join(import.meta.dirname, page)),
+    },
   },
 });

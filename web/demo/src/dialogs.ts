@@ -1,4 +1,5 @@
 import { copyText } from "./clipboard.js";
+import { letDialogsClose } from "./close-dialogs.js";
 import { byId } from "./dom.js";
 
 /**
@@ -34,11 +35,5 @@ export function bindDialogs(code: () => string): void {
       byId(original).click();
     });
   }
-  for (const dialog of document.querySelectorAll("dialog")) {
-    // A click beside the card lies on the dialog itself.
-    dialog.addEventListener("click", (event) => {
-      if (event.target === dialog) dialog.close();
-    });
-    dialog.querySelector("button.close")?.addEventListener("click", () => dialog.close());
-  }
+  letDialogsClose();
 }
