@@ -369,7 +369,7 @@ fn add_humanoid(root: &mut Value, recipe: &Recipe, rig: &Rig) {
             let bones: Vec<Value> = human
                 .map(|(node, bone)| json!({"bone": bone, "node": node}))
                 .collect();
-            use_extension(root, "VRM");
+            use_extensions(root, &["VRM"]);
             root["extensions"] = json!({"VRM": {
                 "specVersion": "0.0",
                 "meta": {"title": recipe.name, "licenseName": "CC0"},

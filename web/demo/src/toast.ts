@@ -23,12 +23,7 @@ export function showNote(title: string, text: string, action?: Action): void {
 }
 
 /** Errors interrupt a screen reader, notes wait for their turn. */
-function show(
-  areaId: "errors" | "notes",
-  title: string,
-  text: string,
-  action?: Action,
-): void {
+function show(areaId: "errors" | "notes", title: string, text: string, action?: Action): void {
   const close = create("button", { className: "close", type: "button", textContent: "✕" });
   close.setAttribute("aria-label", "Close this message");
   const toast = create("div", { className: `toast card${areaId === "notes" ? " note" : ""}` }, [

@@ -207,7 +207,11 @@ export class BoundAvatar {
     );
     let [mostM, momentSeconds, mostSum] = [0, 0, 0];
     this.restart();
-    for (let tick = 0; tick * TICK_SECONDS < this.#motion.durationSeconds - TICK_SECONDS; tick += 1) {
+    for (
+      let tick = 0;
+      tick * TICK_SECONDS < this.#motion.durationSeconds - TICK_SECONDS;
+      tick += 1
+    ) {
       this.play(TICK_SECONDS);
       let sum = 0;
       for (const [mesh, peaks] of peaksM) {

@@ -8,7 +8,14 @@ import type { BoundAvatar } from "./bound-avatar.js";
 import type { OwnLayout, Studio } from "./studio.js";
 
 /** Parts of the page that there are only while something plays. */
-const PARTS = ["own-play", "own-meshes", "own-found", "own-take", "own-name-plain", "own-name-tissue"];
+const PARTS = [
+  "own-play",
+  "own-meshes",
+  "own-found",
+  "own-take",
+  "own-name-plain",
+  "own-name-tissue",
+];
 
 /** The controls of what plays, and its clock. */
 export class PlayPanel {
@@ -150,7 +157,8 @@ export class PlayPanel {
       this.#boxes.set(mesh, box);
       const text = isStill
         ? "stays still by itself"
-        : counts && `${counts.moving.toLocaleString("en")} of ${counts.vertices.toLocaleString("en")} vertices move`;
+        : counts &&
+          `${counts.moving.toLocaleString("en")} of ${counts.vertices.toLocaleString("en")} vertices move`;
       const label = create("label", {}, [
         box,
         create("span", {}, [

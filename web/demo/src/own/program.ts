@@ -9,7 +9,8 @@ export interface ProgramOptions {
 /** The program that does what the page shows. */
 export function programFor({ fileName, sex, excluded }: ProgramOptions): string {
   const names = JSON.stringify(excluded);
-  const options = excluded.length > 0 ? `, {\n  exclude: (mesh) => ${names}.includes(mesh.name),\n}` : "";
+  const options =
+    excluded.length > 0 ? `, {\n  exclude: (mesh) => ${names}.includes(mesh.name),\n}` : "";
   return `import { load } from "dynaskin";
 import { AvatarTissue, bindAvatar } from "dynaskin/three";
 
