@@ -203,6 +203,9 @@ export class OwnPage {
     ];
     const list = wanting.join(wanting.length > 2 ? ", " : " and ");
     byId("own-wanting").textContent = wanting.length > 0 ? `Still needed: ${list}.` : "";
+    byId("own-empty-title").textContent =
+      this.#read && this.#file ? `${this.#file.name} is open` : "Drop an avatar here";
+    byId("own-asked").hidden = !this.#read || wanting.length === 0;
   }
 
   /** What was chosen, or chooses. */

@@ -17,6 +17,10 @@ const PARTS = [
   "own-name-tissue",
 ];
 
+/** A picture that took longer is slow. */
+const SLOW_SECONDS = 0.045;
+const SLOW_PICTURES = 8;
+
 /** The controls of what plays, and its clock. */
 export class PlayPanel {
   readonly #changed: () => void;
@@ -30,6 +34,7 @@ export class PlayPanel {
   #isPlaying = true;
   #frame = 0;
   #lastMs = 0;
+  #slow = 0;
 
   /** `changed` is called after a mesh was left out or taken in. */
   constructor(changed: () => void) {
@@ -103,17 +108,28 @@ export class PlayPanel {
     const seconds = Math.max(0, (ms - this.#lastMs) / 1000);
     this.#lastMs = ms;
     try {
-      if (this.#isPlaying) this.play(seconds * +this.#speed.value);
-      else this.#studio?.draw();
+      if (this.#isPlaying) {
+        this.#notice(seconds);
+        this.play(seconds * +this.#speed.value);
+      } else this.#studio?.refresh();
       this.#frame = requestAnimationFrame((next) => this.#tick(next));
     } catch (error) {
       showError("The avatar stopped; open it again", error);
     }
   }
 
+  /** Pictures that come too slowly, one after the other, lose pixels. */
+  #notice(seconds: number): void {
+    this.#slow = seconds > SLOW_SECONDS ? this.#slow + 1 : 0;
+    if (this.#slow < SLOW_PICTURES) return;
+    this.#slow = 0;
+    this.#studio?.blur();
+  }
+
   #try(work: (bound: BoundAvatar) => void): void {
     try {
       if (this.#bound) work(this.#bound);
+      this.#studio?.invalidate();
     } catch (error) {
       showError("That could not be done", error);
     }

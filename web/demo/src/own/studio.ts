@@ -41,9 +41,11 @@ export class Studio {
   #root: Object3D | null = null;
   #plain: Object3D | null = null;
   #heightUnits = 1;
-  layout: OwnLayout = "side";
-  /** Where the divider is, 0 to 1. */
-  split = 0.5;
+  #layout: OwnLayout = "side";
+  #split = 0.5;
+  /** Share of the screen's pixels in each direction that are drawn. */
+  #sharpness = 1;
+  #isStale = true;
 
   /** @throws Error where the browser has no WebGL 2 */
   constructor(canvas: HTMLCanvasElement) {
@@ -53,6 +55,11 @@ export class Studio {
     this.#controls = new OrbitControls(this.#camera, canvas);
     this.#controls.enableDamping = false;
     this.#controls.listenToKeyEvents(canvas);
+    this.#controls.addEventListener("change", () => this.invalidate());
+    // What the page's style says of touch holds: on narrow screens it scrolls.
+    canvas.style.touchAction = "";
+    new ResizeObserver(() => this.invalidate()).observe(canvas);
+    this.#renderer.shadowMap.autoUpdate = false;
     this.#sun.castShadow = true;
     this.#sun.shadow.mapSize.set(1024, 1024);
     this.#floor.receiveShadow = true;
@@ -65,6 +72,41 @@ export class Studio {
   /** How tall the avatar is where it stands, in units of the picture. */
   get heightUnits(): number {
     return this.#heightUnits;
+  }
+
+  get layout(): OwnLayout {
+    return this.#layout;
+  }
+
+  set layout(layout: OwnLayout) {
+    this.#layout = layout;
+    this.invalidate();
+  }
+
+  /** Where the divider is, 0 to 1. */
+  get split(): number {
+    return this.#split;
+  }
+
+  set split(split: number) {
+    this.#split = split;
+    this.invalidate();
+  }
+
+  /** Something has changed that the next {@link refresh} is to draw. */
+  invalidate(): void {
+    this.#isStale = true;
+  }
+
+  /** Draws fewer pixels from now on, for machines that are too slow for all of them. */
+  blur(): void {
+    this.#sharpness = Math.max(0.4, 0.75 * this.#sharpness);
+    this.invalidate();
+  }
+
+  /** Draws if anything has changed. */
+  refresh(): void {
+    if (this.#isStale) this.draw();
   }
 
   /** Shows an avatar alone, and forgets the last. */
@@ -99,6 +141,9 @@ export class Studio {
   draw(): void {
     const { clientWidth: width, clientHeight: height } = this.#canvas;
     if (width === 0 || height === 0) return;
+    this.#isStale = false;
+    // Once for both: their shadows differ by millimetres.
+    this.#renderer.shadowMap.needsUpdate = true;
     this.#resize(width, height);
     const [root, plain] = [this.#root, this.#plain];
     if (!plain || !root) {
@@ -151,7 +196,7 @@ export class Studio {
   }
 
   #resize(width: number, height: number): void {
-    const ratio = Math.min(devicePixelRatio, 2);
+    const ratio = this.#sharpness * Math.min(devicePixelRatio, 2);
     const size = this.#renderer.getSize(new Vector2());
     if (size.x === width && size.y === height && this.#renderer.getPixelRatio() === ratio) return;
     this.#renderer.setPixelRatio(ratio);
@@ -185,6 +230,7 @@ export class Studio {
     const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
     this.#scene.background = new Color(isDark ? 0x1b1d23 : 0xdfe2e8);
     this.#floor.material.color.set(isDark ? 0x30333c : 0xcdd1d9);
+    this.invalidate();
   }
 }
 
