@@ -36,7 +36,7 @@ async function openRunner(page: Page): Promise<void> {
   await dropFile(page, "runner.vrm", runner());
   await answer(page);
   await expectBound(page);
-  await page.getByRole("button", { name: "Stop where it moves most" }).click();
+  await page.getByRole("button", { name: "Strongest moment" }).click();
 }
 
 /** Largest distance from plain skinning now, metres. */
@@ -109,7 +109,7 @@ test("an avatar that is dropped is bound in the page and moves with tissue of it
 
   await test.step("it moves apart from plain skinning", async () => {
     const afterMs = await page.evaluate(() => window.dynaskinOwn?.movingAfterMs);
-    await page.getByRole("button", { name: "Stop where it moves most" }).click();
+    await page.getByRole("button", { name: "Strongest moment" }).click();
     const most = await apartM(page);
     await page.mouse.move(1, 1);
     await page.waitForTimeout(300);

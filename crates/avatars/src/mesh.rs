@@ -6,9 +6,9 @@ use dynaskin_body::{BodyModel, Joint, vertex_normals};
 use glam::Vec3;
 
 use crate::Source;
-use crate::sportswear;
 use crate::recipe::Recipe;
 use crate::rig::Rig;
+use crate::sportswear;
 
 /// How far a garment lies from the skin, metres: least, and how much more in its folds.
 const GARMENT_M: (f32, f32) = (0.008, 0.01);

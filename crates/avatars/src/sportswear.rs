@@ -1,5 +1,7 @@
 //! Top, leggings and shoes over a body, and the skin that they leave bare.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use dynaskin_body::{BodyModel, Joint, vertex_normals};
 use glam::Vec3;
 
@@ -11,6 +13,8 @@ use crate::rig::Rig;
 struct Garment {
     name: &'static str,
     distance_m: f32,
+    /// Rounds in which its cloth is drawn even over what lies below it.
+    evened: u8,
     joints: &'static [Joint],
 }
 
@@ -18,7 +22,8 @@ struct Garment {
 const GARMENTS: [Garment; 3] = [
     Garment {
         name: "Top",
-        distance_m: 0.009,
+        distance_m: 0.014,
+        evened: 8,
         joints: &[
             Joint::Spine1,
             Joint::Spine2,
@@ -31,7 +36,8 @@ const GARMENTS: [Garment; 3] = [
     },
     Garment {
         name: "Leggings",
-        distance_m: 0.005,
+        distance_m: 0.008,
+        evened: 4,
         joints: &[
             Joint::Pelvis,
             Joint::LeftHip,
@@ -42,7 +48,8 @@ const GARMENTS: [Garment; 3] = [
     },
     Garment {
         name: "Shoes",
-        distance_m: 0.008,
+        distance_m: 0.014,
+        evened: 14,
         joints: &[
             Joint::LeftAnkle,
             Joint::RightAnkle,
@@ -88,13 +95,52 @@ pub fn meshes(
     for (idx, garment) in GARMENTS.iter().enumerate() {
         let worn = faces.iter().filter(|face| is_under(garment, face));
         let worn: Vec<[u32; 3]> = worn.copied().collect();
-        let lifted: Vec<Vec3> = placed
+        let mut lifted: Vec<Vec3> = placed
             .iter()
             .zip(&normals)
             .map(|(at, normal)| *at + *normal * garment.distance_m)
             .collect();
+        even(&mut lifted, &worn, garment.evened);
         let vertices = (sources, lifted.as_slice(), worn.as_slice());
-        meshes.push(Mesh::new(garment.name, Some(idx + 1), vertices, rig, &|_| 0));
+        meshes.push(Mesh::new(
+            garment.name,
+            Some(idx + 1),
+            vertices,
+            rig,
+            &|_| 0,
+        ));
     }
     meshes
+}
+
+/// Draws each vertex of `faces` towards the middle of its neighbours; those of a hem along the hem.
+fn even(positions_m: &mut [Vec3], faces: &[[u32; 3]], rounds: u8) {
+    let mut edges: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    for [a, b, c] in faces {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *edges.entry([*from.min(to), *from.max(to)]).or_default() += 1;
+        }
+    }
+    let hem: BTreeSet<u32> = edges
+        .iter()
+        .filter(|(_, faces)| **faces == 1)
+        .flat_map(|(edge, _)| *edge)
+        .collect();
+    let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for ([from, to], faces) in &edges {
+        let is_hem = *faces == 1;
+        for (vertex, other) in [(from, to), (to, from)] {
+            if is_hem || !hem.contains(vertex) {
+                neighbours.entry(*vertex).or_default().push(*other);
+            }
+        }
+    }
+    for _ in 0..rounds {
+        let before = positions_m.to_vec();
+        for (vertex, others) in &neighbours {
+            let sum: Vec3 = others.iter().map(|other| before[*other as usize]).sum();
+            let at = before[*vertex as usize];
+            positions_m[*vertex as usize] = at.lerp(sum / others.len() as f32, 0.5);
+        }
+    }
 }

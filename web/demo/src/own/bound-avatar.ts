@@ -7,6 +7,8 @@ import { CoverageMap } from "./coverage.js";
 
 const TICK_SECONDS = 1 / 60;
 
+export type Clothes = "sportswear" | "unsupported";
+
 /** What one round of the motion shows. */
 interface Rehearsal {
   /** Largest offset of each vertex, metres, by mesh that moves. */
@@ -36,6 +38,7 @@ export class BoundAvatar {
   #motionName: MotionName = "jump";
   #timeSeconds = 0;
   #strength = 1;
+  #clothes: Clothes = "sportswear";
   #rehearsal: Rehearsal | null = null;
   #isMapped = false;
 
@@ -49,6 +52,7 @@ export class BoundAvatar {
     this.meshes = skinned(root);
     this.#geometries = new Map(this.meshes.map((mesh) => [mesh, mesh.geometry]));
     this.#tissue = this.#makeTissue();
+    this.#dress();
     this.#motion = this.#makeMotion();
     const body = this.#tissue.avatar.positions;
     const bodyM = body.reduce((most, number) => Math.max(most, number), 0);
@@ -84,6 +88,19 @@ export class BoundAvatar {
     this.#forget();
   }
 
+  /** What holds the tissue: sportswear, or nothing. */
+  setClothes(clothes: Clothes): void {
+    this.#clothes = clothes;
+    this.#dress();
+    this.#rehearsal = null;
+    this.seek(this.#timeSeconds);
+    this.#forget();
+  }
+
+  get clothes(): Clothes {
+    return this.#clothes;
+  }
+
   isExcluded(mesh: SkinnedMesh): boolean {
     return this.#excluded.has(mesh);
   }
@@ -105,6 +122,7 @@ export class BoundAvatar {
       this.#tissue = this.#makeTissue();
       throw error;
     } finally {
+      this.#dress();
       this.#motion = this.#makeMotion();
       this.#rehearsal = null;
       this.seek(this.#timeSeconds);
@@ -172,9 +190,14 @@ export class BoundAvatar {
 
   #makeTissue(): AvatarTissue {
     const exclude = (mesh: SkinnedMesh) => this.#excluded.has(mesh);
-    const tissue = new AvatarTissue(this.#model, this.root, this.binding, { exclude });
-    tissue.avatar.strength = this.#strength;
-    return tissue;
+    return new AvatarTissue(this.#model, this.root, this.binding, { exclude });
+  }
+
+  /** Gives the tissue the settings, which a new one is without. */
+  #dress(): void {
+    const { avatar } = this.#tissue;
+    avatar.setControls(this.#clothes === "sportswear" ? "sportswear" : "as-predicted");
+    avatar.strength = this.#strength;
   }
 
   #makeMotion(): Motion {

@@ -191,6 +191,7 @@ export class OwnPage {
     byId<HTMLTextAreaElement>("own-code").value = programFor({
       fileName: file.name,
       sex,
+      isSportswear: this.#bound.clothes === "sportswear",
       excluded,
     });
   }

@@ -4,7 +4,7 @@ import { lessMotion } from "../less-motion.js";
 import { MOTIONS, type MotionName } from "../motions.js";
 import { createSlider, fillSliders } from "../slider.js";
 import { showError } from "../toast.js";
-import type { BoundAvatar } from "./bound-avatar.js";
+import type { BoundAvatar, Clothes } from "./bound-avatar.js";
 import type { OwnLayout, Studio } from "./studio.js";
 
 /** Parts of the page that there are only while something plays. */
@@ -36,7 +36,7 @@ export class PlayPanel {
   #lastMs = 0;
   #slow = 0;
 
-  /** `changed` is called after a mesh was left out or taken in. */
+  /** `changed` is called when the program is another. */
   constructor(changed: () => void) {
     this.#changed = changed;
     this.#motion.append(
@@ -53,6 +53,11 @@ export class PlayPanel {
     this.#coverage.addEventListener("click", () => {
       this.#showCoverage(this.#coverage.getAttribute("aria-checked") !== "true");
     });
+    byId("own-clothes").addEventListener("change", () => {
+      this.#try((bound) => bound.setClothes(clothes()));
+      this.#showCoverage(this.#coverage.getAttribute("aria-checked") === "true");
+      this.#changed();
+    });
     byId("own-layout").addEventListener("change", () => this.#showLayout());
   }
 
@@ -63,6 +68,7 @@ export class PlayPanel {
     byId("own-ramp").style.background = ramp;
     fillSliders("own-strength", [this.#strengthSlider()]);
     this.#listMeshes(bound);
+    bound.setClothes(clothes());
     bound.setMotion(this.#motion.value as MotionName);
     this.#showLayout();
     this.#showCoverage(this.#coverage.getAttribute("aria-checked") === "true");
@@ -191,4 +197,9 @@ export class PlayPanel {
 function labelOf(mesh: SkinnedMesh): string {
   const { name } = [mesh.material].flat()[0] ?? { name: "" };
   return mesh.name || name || "a mesh without a name";
+}
+
+function clothes(): Clothes {
+  const chosen = document.querySelector<HTMLInputElement>("input[name=own-clothes]:checked");
+  return (chosen?.value ?? "sportswear") as Clothes;
 }

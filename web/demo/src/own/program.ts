@@ -2,12 +2,13 @@
 export interface ProgramOptions {
   fileName: string;
   sex: "female" | "male";
+  isSportswear: boolean;
   /** Names of meshes that stay as plain skinning has them. */
   excluded: readonly string[];
 }
 
 /** The program that does what the page shows. */
-export function programFor({ fileName, sex, excluded }: ProgramOptions): string {
+export function programFor({ fileName, sex, isSportswear, excluded }: ProgramOptions): string {
   const names = JSON.stringify(excluded);
   const options =
     excluded.length > 0 ? `, {\n  exclude: (mesh) => ${names}.includes(mesh.name),\n}` : "";
@@ -19,7 +20,7 @@ const { scene, userData: { vrm } } = await loader.loadAsync(${JSON.stringify(`/$
 const binding = await bindAvatar(model, scene, { depicts: "adult", vrm });
 // Or the file downloaded here: Binding.fromBytes(bytes, model)
 const tissue = new AvatarTissue(model, scene, binding${options});
-
+${isSportswear ? 'tissue.avatar.setControls("sportswear");\n' : ""}
 function frame(deltaSeconds) {
   mixer.update(deltaSeconds);
   tissue.update(deltaSeconds); // after everything that moves bones

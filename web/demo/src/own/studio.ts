@@ -205,8 +205,8 @@ export class Studio {
 
   #frame(centre: Vector3, ground: number): void {
     const height = this.#heightUnits;
-    const target = new Vector3(centre.x, ground + 0.56 * height, centre.z);
-    const distance = (0.72 * height) / Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
+    const target = new Vector3(centre.x, ground + 0.53 * height, centre.z);
+    const distance = (0.66 * height) / Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
     const side = new Vector3(0.42, 0.1, 1).normalize().multiplyScalar(distance);
     this.#camera.near = height / 50;
     this.#camera.far = 40 * height;
