@@ -10,6 +10,7 @@ import { bold, duration, main, red, run, say, step, which } from "./lib/run.mjs"
 import { checkNotices } from "./lib/shipped-crates.mjs";
 import { CargoTally, playwrightResults, Tally, vitestResults } from "./lib/tally.mjs";
 import { buildSdk, tscProgram } from "./sdk.mjs";
+import { checkSnippets } from "./snippets.mjs";
 import {
   checkMinimumRust,
   ensureCargoTool,
@@ -261,6 +262,12 @@ const STEPS = [
         await node(tscProgram(), "--noEmit", "-p", join(ROOT, project));
       }
     }),
+  },
+  {
+    name: "snippets",
+    title: "Code of the pages",
+    needs: ["wasm", "tsc"],
+    work: oneCheck(checkSnippets),
   },
   { name: "sdk", title: "vitest on the built SDK", needs: ["wasm", "tsc"], work: vitest },
   { name: "browser", title: "Browser tests", needs: ["wasm", "tsc"], work: browserTests },

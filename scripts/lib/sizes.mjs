@@ -18,6 +18,12 @@ const BROTLI = {
  * @type {{ name: string, has: (path: string) => boolean, firstView: boolean }[]}
  */
 export const PARTS = [
+  // The page for a visitor's own avatar, with three.js, the thread that binds, and the examples.
+  {
+    name: "own avatar",
+    has: (path) => /(^|\/)(own|workshop|thread|runner|lifter)[-.]/.test(path),
+    firstView: false,
+  },
   { name: "html", has: (path) => path.endsWith(".html"), firstView: true },
   { name: "js", has: (path) => path.endsWith(".js"), firstView: true },
   { name: "css", has: (path) => path.endsWith(".css"), firstView: true },

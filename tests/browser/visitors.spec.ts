@@ -91,19 +91,18 @@ test("strength, regions and the moment are in the link", async ({ page }) => {
   expect((await seen()).slice(1, 3)).toEqual([4, 0]);
 });
 
-test("a visitor who asked for less motion sees a landing that stands still, and why", async ({
+test("a visitor of the Lab who asked for less motion sees a landing that stands still", async ({
   page,
 }) => {
   await page.emulateMedia({ reducedMotion: "reduce" });
-  await openAddress(page, "/");
-  await expect(page.getByText("your system asks for less motion")).toBeVisible();
+  await openAddress(page, "/?lab=1");
+  await expect(page.locator("#still-note")).toBeVisible();
   const time = () => page.evaluate(() => window.dynaskinDemo?.timeSeconds ?? 0);
   expect(await time()).toBeCloseTo(1.85, 2);
-  await picture(page, "less-motion");
   const floor = () => page.evaluate(() => ({ ...window.dynaskinDemo?.view.camera.floorM }));
   const before = await floor();
   await page.keyboard.press(" ");
-  await expect(page.getByText("your system asks for less motion")).toBeHidden();
+  await expect(page.locator("#still-note")).toBeHidden();
   await expect.poll(time).toBeGreaterThan(1.9);
   // The camera stays where it is while the body moves a little.
   expect(await floor()).toEqual(before);
@@ -130,10 +129,8 @@ test("a recording survives a window that changes its size", async ({ page }) => 
   expect(video).toEqual({ width: 1000, height: 640 });
 });
 
-test("the first view shows linear skinning beside dynaskin in a jump, by name", async ({
-  page,
-}) => {
-  const problems = await openAddress(page, "/");
+test("the Lab begins with linear skinning beside dynaskin in a jump, by name", async ({ page }) => {
+  const problems = await openAddress(page, "/?lab=1");
   await expect(page.locator("#now-playing")).toHaveText("Jump · female body");
   await expect(page.locator("#names .name span")).toHaveText(["Linear skinning", "dynaskin"]);
   await page.evaluate(() => window.dynaskinDemo?.seek(1.85));
@@ -144,7 +141,7 @@ test("the first view shows linear skinning beside dynaskin in a jump, by name", 
     }, side);
   expect(await largestMm("leftAvatar")).toBe(0);
   expect(await largestMm("avatar")).toBeGreaterThan(5);
-  const image = await picture(page, "first-view");
+  const image = await picture(page, "lab");
   for (const x of [0.1, 0.36]) {
     expect(variation(image, { x, y: 0.3, width: 0.2, height: 0.4 })).toBeGreaterThan(15);
   }

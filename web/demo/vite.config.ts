@@ -54,6 +54,45 @@ function measureFiles(): Record<string, number> {
   return Object.fromEntries(files.map(([name, path]) => [name, statSync(path).size]));
 }
 
+/** The table of README's results as HTML: one place to keep numbers. */
+function resultsTable(): string {
+  const readme = readFileSync(join(import.meta.dirname, "..", "..", "README.md"), "utf8");
+  const rows = readme
+    .split("\n")
+    .filter((line) => line.startsWith("|") && !/^\|[-:| ]+\|$/.test(line))
+    .map((line) => line.slice(1, -1).split("|"));
+  if (rows.length < 2) throw new Error("README.md has no table of results.");
+  const escaped = (text: string) =>
+    text.trim().replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll("**", "");
+  const cells = (row: string[], tags: [first: string, other: string]) =>
+    row
+      .map((cell, idx) => {
+        const tag = tags[idx === 0 ? 0 : 1];
+        return `<${tag}>${escaped(cell)}</${tag.split(" ")[0]}>`;
+      })
+      .join("");
+  const head = cells(rows[0] ?? [], ["td", 'th scope="col"']);
+  const body = rows
+    .slice(1)
+    .map((row) => `<tr>${cells(row, ['th scope="row"', "td"])}</tr>`)
+    .join("\n");
+  const table = `<table class="results"><thead><tr>${head}</tr></thead><tbody>${body}</tbody></table>`;
+  return `<div class="results-holder" tabindex="0" role="region" aria-labelledby="results-title">${table}</div>`;
+}
+
+/** Fills in what the page takes from other files. */
+function filledPage(): Plugin {
+  return {
+    name: "filled-page",
+    transformIndexHtml(html) {
+      const { version } = JSON.parse(readFileSync(join(SDK, "..", "package.json"), "utf8")) as {
+        version: string;
+      };
+      return html.replace("<!-- results -->", resultsTable()).replace("%VERSION%", version);
+    },
+  };
+}
+
 /** A module whose default export is made when the page is built. */
 function virtualModule(name: string, make: () => unknown): Plugin {
   const id = `\0${name}`;
@@ -103,13 +142,19 @@ export default defineConfig({
     virtualModule("virtual:traits", readTraits),
     virtualModule("virtual:sizes", measureFiles),
     wasmNotices(),
+    filledPage(),
   ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },
+  // The thread that binds avatars takes the same core as the page.
+  worker: { format: "es", plugins: () => [coreWithGuests()] },
   // `license` lists the npm packages in the page; the WebAssembly has its own list.
   build: {
     target: "es2022",
     chunkSizeWarningLimit: 1000,
     license: { fileName: "licences-npm.md" },
+    rolldownOptions: {
+      input: ["index.html", "own.html"].map((page) => join(import.meta.dirname, page)),
+    },
   },
 });

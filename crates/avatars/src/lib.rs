@@ -2,17 +2,18 @@
 //! sources are CC0, as other people's exporters write them.
 //!
 //! Every vertex of such an avatar is a known place of the body, so what the body's offsets do to it is
-//! known, too. Adults in a whole-body suit of one colour.
+//! known, too. Adults, in a suit or in sportswear.
 
 mod mesh;
 mod recipe;
 mod rig;
+mod sportswear;
 mod write;
 
 use dynaskin_body::{BodyModel, SkinMatrices};
 use glam::{Affine3A, DAffine3, Quat, Vec3};
 
-pub use recipe::{Container, RECIPES, Recipe, RestPose, RigStyle, Unit};
+pub use recipe::{Container, EXAMPLES, RECIPES, Recipe, RestPose, RigStyle, Unit};
 
 /// A place of the body: corners of one of its faces and their shares.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,6 +8,7 @@ use glam::Vec3;
 use crate::Source;
 use crate::recipe::Recipe;
 use crate::rig::Rig;
+use crate::sportswear;
 
 /// How far a garment lies from the skin, metres: least, and how much more in its folds.
 const GARMENT_M: (f32, f32) = (0.008, 0.01);
@@ -17,6 +18,8 @@ const GARMENT_M: (f32, f32) = (0.008, 0.01);
 pub struct Mesh {
     pub name: String,
     pub is_garment: bool,
+    /// Number of its material in the file.
+    pub material: usize,
     pub sources: Vec<Source>,
     /// Metres.
     pub positions_m: Vec<Vec3>,
@@ -41,12 +44,15 @@ pub fn meshes(body: &BodyModel, recipe: &Recipe, positions_m: &[Vec3], rig: &Rig
         .iter()
         .map(|source| source.mix(positions_m))
         .collect();
+    if recipe.sportswear {
+        return sportswear::meshes(body, &sources, &placed, &faces, rig);
+    }
     let limb = |face: &[u32; 3]| limb_of(body, &sources[face[0] as usize]);
     let part = |name: &str, wanted: &dyn Fn(&[u32; 3]) -> bool| {
         let faces: Vec<[u32; 3]> = faces.iter().filter(|face| wanted(face)).copied().collect();
         Mesh::new(
             name,
-            false,
+            None,
             (&sources, &placed, &faces),
             rig,
             &|face| match recipe.seams {
@@ -104,11 +110,11 @@ fn garment(
             *at + *normal * (GARMENT_M.0 + GARMENT_M.1 * fold)
         })
         .collect();
-    Mesh::new("Suit", true, (sources, &worn, &faces), rig, &|_| 0)
+    Mesh::new("Suit", Some(1), (sources, &worn, &faces), rig, &|_| 0)
 }
 
 /// The joint that moves a place most.
-fn limb_of(body: &BodyModel, source: &Source) -> usize {
+pub fn limb_of(body: &BodyModel, source: &Source) -> usize {
     let skin = &body.skin[source.corners[0] as usize];
     usize::from(skin.joints[0])
 }
@@ -122,9 +128,11 @@ fn is_leg(limb: usize) -> bool {
 
 impl Mesh {
     /// The vertices that `faces` need, once for each group of faces.
-    fn new(
+    ///
+    /// `garment`: the number of its material, if it is one.
+    pub fn new(
         name: &str,
-        is_garment: bool,
+        garment: Option<usize>,
         (sources, positions_m, faces): (&[Source], &[Vec3], &[[u32; 3]]),
         rig: &Rig,
         group: &dyn Fn(&[u32; 3]) -> usize,
@@ -132,7 +140,8 @@ impl Mesh {
         let normals = vertex_normals(positions_m, faces);
         let mut mesh = Self {
             name: name.to_owned(),
-            is_garment,
+            is_garment: garment.is_some(),
+            material: garment.unwrap_or(0),
             sources: Vec::new(),
             positions_m: Vec::new(),
             normals: Vec::new(),

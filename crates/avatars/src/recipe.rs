@@ -65,6 +65,8 @@ pub struct Recipe {
     pub container: Container,
     /// Whether a suit is worn over trunk, arms and legs.
     pub garment: bool,
+    /// Whether sportswear and shoes are worn, with no skin below them.
+    pub sportswear: bool,
     /// Whether each face of the body is four.
     pub fine: bool,
     /// Whether vertices are split where limbs meet, and legs are a mesh of their own.
@@ -91,6 +93,7 @@ const PLAIN: Recipe = Recipe {
     unit: Unit::Metres,
     container: Container::Glb,
     garment: false,
+    sportswear: false,
     fine: false,
     seams: false,
     quantised: false,
@@ -191,6 +194,31 @@ pub const RECIPES: [Recipe; 9] = [
         fine: true,
         turned_axes: true,
         softened: 4,
+        ..PLAIN
+    },
+];
+
+/// Dressed avatars to show: what the demo page ships, of the female and of the male body.
+pub const EXAMPLES: [Recipe; 2] = [
+    Recipe {
+        name: "runner",
+        shape: [0.2, 0.9, -0.3, 0.4, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0],
+        rig: RigStyle::VRoid,
+        container: Container::Vrm1,
+        pose: RestPose::T,
+        sportswear: true,
+        quantised: true,
+        softened: 1,
+        ..PLAIN
+    },
+    Recipe {
+        name: "lifter",
+        shape: [0.3, 1.2, 0.4, -0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        rig: RigStyle::Mixamo,
+        sportswear: true,
+        quantised: true,
+        turned_axes: true,
+        softened: 1,
         ..PLAIN
     },
 ];

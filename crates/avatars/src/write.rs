@@ -169,20 +169,44 @@ pub fn glb(recipe: &Recipe, rig: &Rig, meshes: &[Mesh]) -> Vec<u8> {
         "nodes": nodes,
         "meshes": all,
         "skins": skins,
-        "materials": [
-            {"name": "skin", "pbrMetallicRoughness": {"baseColorFactor": [0.55, 0.6, 0.7, 1.0]}},
-            {"name": "suit", "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.3, 0.45, 1.0]}},
-        ],
+        "materials": materials(recipe),
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
         "buffers": [{"byteLength": buffer.bytes.len()}],
     });
     if recipe.quantised {
-        root["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+        use_extensions(&mut root, &["KHR_mesh_quantization"]);
         root["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     }
     add_humanoid(&mut root, recipe, rig);
     container(&root, &buffer.bytes)
+}
+
+/// Adds names to the extensions that the file says it uses.
+fn use_extensions(root: &mut Value, names: &[&str]) {
+    let used = root["extensionsUsed"].as_array().cloned();
+    let names = names.iter().map(|name| json!(name));
+    root["extensionsUsed"] = used.unwrap_or_default().into_iter().chain(names).collect();
+}
+
+/// Matt colours, linear, in the order of the meshes' numbers.
+fn materials(recipe: &Recipe) -> Value {
+    let colours: &[(&str, [f32; 3])] = if recipe.sportswear {
+        &[
+            ("skin", [0.46, 0.32, 0.25]),
+            ("top", [0.03, 0.2, 0.24]),
+            ("leggings", [0.035, 0.04, 0.06]),
+            ("shoes", [0.42, 0.12, 0.06]),
+        ]
+    } else {
+        &[("skin", [0.55, 0.6, 0.7]), ("suit", [0.2, 0.3, 0.45])]
+    };
+    let of = |(name, [red, green, blue]): &(&str, [f32; 3])| {
+        json!({"name": name, "pbrMetallicRoughness": {
+            "baseColorFactor": [red, green, blue, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9,
+        }})
+    };
+    colours.iter().map(of).collect()
 }
 
 fn scaled(world: DAffine3, units_per_metre: f64) -> DAffine3 {
@@ -302,7 +326,7 @@ fn primitive(
     json!({
         "name": mesh.name,
         "primitives": [{
-            "attributes": attributes, "indices": indices, "material": usize::from(mesh.is_garment),
+            "attributes": attributes, "indices": indices, "material": mesh.material,
         }],
     })
 }
@@ -345,7 +369,7 @@ fn add_humanoid(root: &mut Value, recipe: &Recipe, rig: &Rig) {
             let bones: Vec<Value> = human
                 .map(|(node, bone)| json!({"bone": bone, "node": node}))
                 .collect();
-            root["extensionsUsed"] = json!(["VRM"]);
+            use_extensions(root, &["VRM"]);
             root["extensions"] = json!({"VRM": {
                 "specVersion": "0.0",
                 "meta": {"title": recipe.name, "licenseName": "CC0"},
@@ -366,7 +390,7 @@ fn add_humanoid(root: &mut Value, recipe: &Recipe, rig: &Rig) {
                 .iter()
                 .map(|node| json!({"name": "chest", "joints": [{"node": node, "stiffness": 1.0}]}))
                 .collect();
-            root["extensionsUsed"] = json!(["VRMC_vrm", "VRMC_springBone"]);
+            use_extensions(root, &["VRMC_vrm", "VRMC_springBone"]);
             root["extensions"] = json!({
                 "VRMC_vrm": {
                     "specVersion": "1.0",

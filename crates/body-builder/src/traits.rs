@@ -7,35 +7,11 @@
 
 use glam::Vec3;
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
 
 use crate::error::BuildError;
 use crate::morphs::Macro;
 use crate::shape_space::STATURE_RELATIVE_DEVIATION;
-use dynaskin_body::{Joint, SHAPE_COUNT, SkinWeights};
-
-/// Mean density of an adult body in kg/m³: between fat (900) and lean mass (1100).
-const DENSITY_KG_PER_M3: f64 = 1_010.0;
-
-/// One attribute of a body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Trait {
-    /// `stature`, `weight`, `chest`, `muscle` or `age`.
-    pub name: String,
-    /// `cm`, `kg`, `%` (of the range that the CC0 model knows) or `years`.
-    pub unit: String,
-    /// Value at β = 0.
-    pub mean: f64,
-    /// Values between which the bodies behind the shape space lie, but for the outer hundredths.
-    pub range: [f64; 2],
-    /// Change of the value with each shape coefficient.
-    pub per_coefficient: [f64; SHAPE_COUNT],
-    /// Change of the shape coefficients that raises the value by 1. Stature scales the whole body;
-    /// weight, muscle and age leave each other but change the chest; the chest leaves these three.
-    pub coefficients_per_unit: [f64; SHAPE_COUNT],
-    /// Share of the variance among bodies of one stature that the coefficients explain, 0..=1.
-    pub explained: f64,
-}
+use dynaskin_body::{DENSITY_KG_PER_M3, SHAPE_COUNT, SkinWeights, Trait, chest_girth_m, volume_m3};
 
 /// Attributes of one random adult at mean stature.
 #[derive(Clone, Copy, Debug)]
@@ -62,85 +38,6 @@ impl Attributes {
             age_years: 25.0 + 130.0 * (f64::from(adult.age) - 0.5),
         }
     }
-}
-
-/// Volume inside a closed surface: signed tetrahedra from the origin.
-fn volume_m3(positions_m: &[Vec3], faces: &[[u32; 3]]) -> f64 {
-    let at = |vertex: u32| positions_m[vertex as usize].as_dvec3();
-    let six_fold: f64 = faces
-        .iter()
-        .map(|&[a, b, c]| at(a).dot(at(b).cross(at(c))))
-        .sum();
-    six_fold / 6.0
-}
-
-/// Length of a tape around the trunk at the height of the middle of the chest's tissue.
-fn chest_girth_m(
-    positions_m: &[Vec3],
-    faces: &[[u32; 3]],
-    skin: &[SkinWeights],
-    chest_weights: &[f32],
-) -> f64 {
-    let total: f32 = chest_weights.iter().sum();
-    let weighted = positions_m.iter().zip(chest_weights);
-    let height_m = weighted.map(|(p, weight)| p.y * weight).sum::<f32>() / total;
-    let is_trunk = |vertex: u32| !is_arm(&skin[vertex as usize]);
-    let mut cut_m: Vec<[f64; 2]> = Vec::new();
-    for face in faces
-        .iter()
-        .filter(|face| face.iter().all(|v| is_trunk(*v)))
-    {
-        for edge in [[0, 1], [1, 2], [2, 0]] {
-            let [a, b] = edge.map(|corner| positions_m[face[corner] as usize]);
-            if (a.y < height_m) != (b.y < height_m) {
-                let at = a.lerp(b, (height_m - a.y) / (b.y - a.y));
-                cut_m.push([f64::from(at.x), f64::from(at.z)]);
-            }
-        }
-    }
-    hull_perimeter(cut_m)
-}
-
-/// Whether more than half of a vertex moves with an arm.
-fn is_arm(skin: &SkinWeights) -> bool {
-    let arm = [
-        Joint::LeftShoulder,
-        Joint::LeftElbow,
-        Joint::LeftWrist,
-        Joint::LeftHand,
-    ];
-    let weight: f32 = skin
-        .joints
-        .iter()
-        .zip(skin.weights)
-        .filter(|(joint, _)| {
-            arm.iter()
-                .any(|arm| [*arm as u8, arm.mirrored() as u8].contains(joint))
-        })
-        .map(|(_, weight)| weight)
-        .sum();
-    weight > 0.5
-}
-
-/// Perimeter of the convex hull of points in a plane (monotone chain).
-fn hull_perimeter(mut points: Vec<[f64; 2]>) -> f64 {
-    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-        let mut chain: Vec<[f64; 2]> = Vec::new();
-        for point in points {
-            while let [.., a, b] = chain[..]
-                && (b[0] - a[0]) * (point[1] - a[1]) <= (b[1] - a[1]) * (point[0] - a[0])
-            {
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain
-            .windows(2)
-            .map(|edge| f64::hypot(edge[1][0] - edge[0][0], edge[1][1] - edge[0][1]))
-            .sum::<f64>()
-    };
-    half(&mut points.iter().copied()) + half(&mut points.iter().rev().copied())
 }
 
 /// The traits of a shape space: `attributes` and `coefficients` (rows: bodies; column 0 is the

@@ -10,8 +10,10 @@
 //! under the pelvis, so a shape at zero pose and zero translation stands on y = 0.
 
 mod error;
+mod figure;
 mod glb;
 mod materials;
+mod measures;
 mod model;
 mod normals;
 mod parts;
@@ -23,8 +25,10 @@ mod smpl;
 
 pub use dynaskin_skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};
 pub use error::BodyError;
+pub use figure::{Figure, FigureError, Figures, LARGEST_DISTANCE, LEAST_STATURE_M, Trait};
 pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};
 pub use materials::Materials;
+pub use measures::{DENSITY_KG_PER_M3, chest_girth_m, stature_m, volume_m3};
 pub use model::{
     BodyModel, LEAST_THICKNESS_M, MAX_EXTENT_M, MAX_SHAPE_COEFFICIENT, SHAPE_COUNT,
     SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,

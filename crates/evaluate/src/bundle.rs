@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use dynaskin_body::Trait;
 use dynaskin_motion::MODEL_RATE_HZ;
 use dynaskin_runtime::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned};
 use serde::Serialize;
@@ -36,6 +37,8 @@ pub struct BundleParts<'a> {
     pub vertices: &'a [u32],
     /// What the networks learned from.
     pub learned: Learned,
+    /// What the body's shapes look like; empty where it is not known.
+    pub traits: &'a [Trait],
     /// How it came to be.
     pub training: &'a TrainingFacts,
 }
@@ -65,6 +68,7 @@ pub fn write_bundle(
         feature_count: networks.feature_kind.count(),
         latent_count: networks.latent_count,
         learned: parts.learned.clone(),
+        traits: parts.traits.to_vec(),
         vertices: parts.vertices.to_vec(),
         training: object(parts.training),
         measured: object(report),

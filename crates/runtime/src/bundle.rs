@@ -1,6 +1,6 @@
 //! `bundle.json`: what belongs together, and whether it does.
 
-use dynaskin_body::SHAPE_COUNT;
+use dynaskin_body::{SHAPE_COUNT, Trait};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -118,6 +118,10 @@ pub struct Bundle {
     /// What the networks learned from.
     #[serde(default = "unknown")]
     pub learned: Learned,
+    /// What the body's shapes look like, for shapes in words ([`dynaskin_body::Figures`]); none where it is not
+    /// known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traits: Vec<Trait>,
     /// Indices of the body's vertices that the decoder moves, ascending.
     pub vertices: Vec<u32>,
     /// What the networks were trained on.
@@ -169,6 +173,14 @@ impl Bundle {
             return Err(field("feature_count", features, self.feature_count));
         }
         self.learned.check(self.feature_kind)?;
+        if let Some(odd) = self.traits.iter().find(|known| !known.is_sound()) {
+            let expected = "finite numbers, and ranges with the least value first";
+            return Err(field(
+                "traits",
+                expected,
+                format!("others in {:?}", odd.name),
+            ));
+        }
         for file in [&self.body, &self.predictor, &self.decoder] {
             let plain = !file.file.is_empty()
                 && !file.file.starts_with('.')

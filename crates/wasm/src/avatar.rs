@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use dynaskin_body::{Pose, Region};
+use dynaskin_body::{Figure, Figures, Pose, Region, Trait};
 use dynaskin_runtime::{Avatar, Controls, Detail, Model, PoseSource, Settled, StepReport};
 use wasm_bindgen::prelude::*;
 
@@ -43,15 +43,21 @@ pub struct CoreAvatar {
     pub(crate) avatar: Rc<RefCell<Avatar>>,
     report: Option<StepReport>,
     enabled: bool,
+    traits: Arc<[Trait]>,
 }
 
 impl CoreAvatar {
-    pub(crate) fn new(model: &Arc<Model>, shape: &[f32]) -> Result<Self, JsValue> {
+    pub(crate) fn new(
+        model: &Arc<Model>,
+        traits: &Arc<[Trait]>,
+        shape: &[f32],
+    ) -> Result<Self, JsValue> {
         let avatar = Avatar::new(Arc::clone(model), shape).map_err(Thrown::from)?;
         Ok(Self {
             enabled: avatar.model().bundle().is_some(),
             avatar: Rc::new(RefCell::new(avatar)),
             report: None,
+            traits: Arc::clone(traits),
         })
     }
 
@@ -123,6 +129,42 @@ impl CoreAvatar {
             .borrow_mut()
             .set_shape(shape)
             .map_err(Thrown::from)?)
+    }
+
+    /// The likeliest shape of these measures: stature in metres, weight in kilograms, chest in centimetres,
+    /// muscle from 0 to 1, age in years; not a number for those that are left out.
+    ///
+    /// # Errors
+    /// Throws `argument` for another count, `shape` for measures of no adult and where the bundle tells none.
+    #[wasm_bindgen(js_name = shapeOf)]
+    pub fn shape_of(&self, figure: &[f64]) -> Result<Vec<f32>, JsValue> {
+        let &[stature, weight, chest, muscle, age] = figure else {
+            let message = format!("a figure has 5 measures, got {}", figure.len());
+            return Err(Thrown::argument(message).into());
+        };
+        let told = |value: f64| (!value.is_nan()).then_some(value);
+        let wanted = Figure {
+            stature_m: told(stature),
+            weight_kg: told(weight),
+            chest_cm: told(chest),
+            muscle: told(muscle),
+            age_years: told(age),
+        };
+        let avatar = self.avatar.borrow();
+        let shape = Figures::new(avatar.model().body(), &self.traits)
+            .and_then(|figures| figures.shape_of(&wanted))
+            .map_err(Thrown::from)?;
+        Ok(shape.to_vec())
+    }
+
+    /// The measures of the present shape, in the order of [`Self::shape_of`]; empty where the bundle tells none.
+    pub fn figure(&self) -> Vec<f64> {
+        let avatar = self.avatar.borrow();
+        let Ok(figures) = Figures::new(avatar.model().body(), &self.traits) else {
+            return Vec::new();
+        };
+        let measured = figures.measure(avatar.shape()).values();
+        measured.map(|value| value.unwrap_or(f64::NAN)).to_vec()
     }
 
     /// Another number after every shape that was set or restored.

@@ -1,6 +1,6 @@
 //! Rust errors as JavaScript errors.
 
-use dynaskin_body::{BodyError, REGION_COUNT};
+use dynaskin_body::{BodyError, FigureError, REGION_COUNT};
 use dynaskin_motion::MotionError;
 use dynaskin_runtime::RuntimeError;
 use js_sys::{Error, Reflect};
@@ -48,6 +48,15 @@ impl From<RuntimeError> for Thrown {
 impl From<BodyError> for Thrown {
     fn from(error: BodyError) -> Self {
         RuntimeError::from(error).into()
+    }
+}
+
+impl From<FigureError> for Thrown {
+    fn from(error: FigureError) -> Self {
+        Self {
+            code: "shape",
+            message: error.to_string(),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dynaskin_body::{BodyModel, REGION_COUNT};
+use dynaskin_body::{BodyModel, REGION_COUNT, Trait};
 use dynaskin_runtime::{Bundle, Model};
 use wasm_bindgen::prelude::*;
 
@@ -14,6 +14,7 @@ use crate::error::{Thrown, no_region};
 pub struct CoreBody {
     pub(crate) body: Arc<BodyModel>,
     model: Arc<Model>,
+    traits: Arc<[Trait]>,
 }
 
 #[wasm_bindgen]
@@ -34,6 +35,7 @@ impl CoreBody {
         Ok(Self {
             model: Arc::new(Model::body_only(Arc::clone(&body))),
             body,
+            traits: bundle.traits.into(),
         })
     }
 
@@ -85,7 +87,7 @@ impl CoreBody {
     /// Throws `shape`.
     #[wasm_bindgen(js_name = createAvatar)]
     pub fn create_avatar(&self, shape: &[f32]) -> Result<CoreAvatar, JsValue> {
-        CoreAvatar::new(&self.model, shape)
+        CoreAvatar::new(&self.model, &self.traits, shape)
     }
 }
 
@@ -93,6 +95,7 @@ impl CoreBody {
 #[wasm_bindgen]
 pub struct CoreModel {
     pub(crate) model: Arc<Model>,
+    traits: Arc<[Trait]>,
 }
 
 #[wasm_bindgen]
@@ -120,6 +123,7 @@ impl CoreModel {
         };
         Ok(Self {
             model: Arc::new(load()?),
+            traits: Arc::clone(&body.traits),
         })
     }
 
@@ -135,6 +139,6 @@ impl CoreModel {
     /// Throws `shape`, and what the networks throw when run at rest.
     #[wasm_bindgen(js_name = createAvatar)]
     pub fn create_avatar(&self, shape: &[f32]) -> Result<CoreAvatar, JsValue> {
-        CoreAvatar::new(&self.model, shape)
+        CoreAvatar::new(&self.model, &self.traits, shape)
     }
 }

@@ -5,12 +5,14 @@ import { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
 import { Capture } from "./capture.js";
 import type { Cast } from "./cast.js";
+import { isLoop } from "./chapters.js";
 import { copyText } from "./clipboard.js";
 import { codeFor } from "./code.js";
 import { Comparison } from "./comparison.js";
 import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
-import { type Extent, extentsOf } from "./extent.js";
+import { type Extent, extentsOf, largestGapPx } from "./extent.js";
+import { Ghost } from "./ghost.js";
 import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
 import { jointNames } from "./joint-names.js";
@@ -36,6 +38,7 @@ import {
   wait,
   wantedActors,
 } from "./state.js";
+import { Story } from "./story.js";
 import { showError } from "./toast.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
@@ -57,6 +60,7 @@ export class App {
   readonly #names: Names;
   readonly #wipe: Wipe;
   readonly #address: Address;
+  readonly #story: Story;
   #playback: Playback | null = null;
   /** When the frame before began; null where the time since then does not count. */
   #lastFrame: number | null = null;
@@ -70,7 +74,8 @@ export class App {
     this.#program = new Program(store);
     this.stage = new Stage(store, this.#program);
     this.#loader = new Loader(store, view, loading, (cast) => this.#show(cast));
-    if (state.camera) view.camera.place = [...state.camera];
+    if (state.camera) view.camera.place = state.camera;
+    this.#story = new Story(store, view, new Ghost(view));
     this.hud.setFact("graphics", view.renderer.backend);
     this.hud.setFact("adapter", view.renderer.adapter);
     this.#wipe = new Wipe(store, (share) => view.setLeftShare(share));
@@ -182,6 +187,28 @@ export class App {
     return extentsOf(avatars, this.stage.placesM(avatars.length), this.#view);
   }
 
+  /** Largest distance in the picture between the same point of two actors, as they were last stepped; pixels. */
+  get gapPx(): number {
+    const [one, other] = this.#playback?.avatars ?? [];
+    return one && other ? largestGapPx(one, other, this.#view) : 0;
+  }
+
+  /** Goes to where the story's loop begins. */
+  restartStory(): void {
+    if (!this.#playback) return;
+    this.#goTo(this.#story.startSeconds);
+    this.#playback.rounds = 0;
+  }
+
+  /** Goes on by `seconds` of real time in the story, whatever the clock of the page says. */
+  advanceStory(seconds: number): void {
+    const playback = this.#playback;
+    if (!playback) return;
+    this.#story.direct(playback);
+    playback.advance(seconds * playback.speed);
+    this.#story.follow(playback);
+  }
+
   /** Loads the model of the settings; see {@link Loader.openModel}. */
   openModel(): Promise<void> {
     return this.#loader.openModel();
@@ -277,7 +304,8 @@ export class App {
     this.#announce();
     if (!cast.model) return;
     store.change({ isComplete: true });
-    this.#goToStart();
+    if (isLoop(store.state.chapter)) this.restartStory();
+    else this.#goToStart();
   }
 
   /** Goes to the moment of the link once the networks are there. */
@@ -365,7 +393,10 @@ export class App {
     }
     const playback = this.#playback;
     if (!playback) return;
-    const stands = playback.paused && Number.isFinite(playback.motion.durationSeconds);
+    const stands =
+      !this.store.state.chapter &&
+      playback.paused &&
+      Number.isFinite(playback.motion.durationSeconds);
     this.store.change({ timeSeconds: stands ? playback.timeSeconds : null });
   }
 
@@ -430,7 +461,9 @@ export class App {
     this.#drawnRevision = this.store.revision;
     const playback = this.#playback;
     if (playback) {
+      this.#story.direct(playback);
       this.#play(() => playback.frame(elapsedSeconds));
+      this.#story.follow(playback);
       if (!playback.paused && this.mainAvatar) this.hud.addStep(this.mainAvatar);
       // A hand pulls the body against a camera that stands still.
       const [x = 0, , z = 0] = playback.motion instanceof ByHand ? [] : playback.pose;
@@ -443,6 +476,7 @@ export class App {
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }
     this.hud.timed("render", () => this.#view.draw());
+    if (playback) this.#story.draw(playback);
     this.#showHandles(followSeconds);
     this.#capture.afterDraw();
   }

@@ -1,4 +1,5 @@
 import { copyText } from "./clipboard.js";
+import { letDialogsClose } from "./close-dialogs.js";
 import { byId } from "./dom.js";
 
 /**
@@ -9,10 +10,12 @@ export function bindDialogs(code: () => string): void {
   const keys = byId<HTMLDialogElement>("keys-dialog");
   const program = byId<HTMLDialogElement>("code-dialog");
   byId("keys-open").addEventListener("click", () => keys.showModal());
-  byId("code-open").addEventListener("click", () => {
-    byId<HTMLTextAreaElement>("code-text").value = code();
-    program.showModal();
-  });
+  for (const id of ["code-open", "below-code"]) {
+    byId(id).addEventListener("click", () => {
+      byId<HTMLTextAreaElement>("code-text").value = code();
+      program.showModal();
+    });
+  }
   byId("code-copy").addEventListener("click", async () => {
     const text = byId<HTMLTextAreaElement>("code-text").value;
     if (await copyText(text, "The program is on the clipboard.")) program.close();
@@ -20,11 +23,17 @@ export function bindDialogs(code: () => string): void {
   byId("link-copy").addEventListener("click", () => {
     void copyText(location.href, "The link to this very view is on the clipboard.");
   });
-  for (const dialog of document.querySelectorAll("dialog")) {
-    // A click beside the card lies on the dialog itself.
-    dialog.addEventListener("click", (event) => {
-      if (event.target === dialog) dialog.close();
+  const share = byId<HTMLDialogElement>("share-dialog");
+  byId("story-share").addEventListener("click", () => share.showModal());
+  for (const [id, original] of [
+    ["share-link", "link-copy"],
+    ["share-picture", "picture"],
+    ["share-code", "code-open"],
+  ] as const) {
+    byId(id).addEventListener("click", () => {
+      share.close();
+      byId(original).click();
     });
-    dialog.querySelector("button.close")?.addEventListener("click", () => dialog.close());
   }
+  letDialogsClose();
 }

@@ -30,3 +30,21 @@ export function extentsOf(
     return { left, right, top: Math.min(...ys), bottom: Math.max(...ys) };
   });
 }
+
+/** The largest distance in the picture between where two avatars have the same vertex, in CSS pixels. */
+export function largestGapPx(one: Avatar, other: Avatar, view: View): number {
+  const project = view.projector();
+  // A copy: both may lie in the same memory, which grows.
+  const from = one.skinned().positions.slice();
+  const to = other.skinned().positions;
+  let largest = 0;
+  for (let at = 0; at < from.length; at += 3) {
+    const [x = 0, y = 0, z = 0] = from.subarray(at, at + 3);
+    const [toX = 0, toY = 0, toZ = 0] = to.subarray(at, at + 3);
+    const [xPx, yPx] = project(x, y, z);
+    const [toXPx, toYPx] = project(toX, toY, toZ);
+    if (xPx < 0 || yPx < 0 || xPx > innerWidth || yPx > innerHeight) continue;
+    largest = Math.max(largest, Math.hypot(toXPx - xPx, toYPx - yPx));
+  }
+  return largest;
+}

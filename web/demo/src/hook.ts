@@ -36,6 +36,12 @@ export interface DemoHook {
   open(search: string): Promise<void>;
   /** Pauses, and shows the motion at this moment with the tissue stepped from its beginning. */
   seek(timeSeconds: number): void;
+  /** Pauses, and goes to the beginning of the story's first jump. */
+  restartStory(): void;
+  /** Pauses, and lets so many seconds of the story pass: at its own speed, with slow motion. */
+  advanceStory(seconds: number): void;
+  /** Largest distance in the picture between the same point of the first two actors, in CSS pixels. */
+  readonly gapPx: number;
   /** Pauses, and advances by one tick, 1/60 s. */
   step(): void;
   /** Pauses, and lets one tick pass in the present pose: a body that stands still settles. */
@@ -93,6 +99,17 @@ export function installHook(app: App, view: View): void {
       app.applyChanges();
       app.playback?.seek(timeSeconds, 0);
       app.draw(0);
+    },
+    get gapPx() {
+      return app.gapPx;
+    },
+    restartStory() {
+      pause();
+      app.restartStory();
+    },
+    advanceStory(seconds) {
+      pause();
+      app.advanceStory(seconds);
     },
     step() {
       pause();

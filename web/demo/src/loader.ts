@@ -11,12 +11,12 @@ import type { View } from "./view.js";
 /** The settings that say who is on the screen, of which body, and in which clip. */
 type ActorSettings = Pick<
   Settings,
-  "sex" | "layout" | "left" | "right" | "third" | "fourth" | "clip"
+  "chapter" | "sex" | "layout" | "left" | "right" | "third" | "fourth" | "clip"
 >;
 
 function pick(settings: Readonly<Settings>): ActorSettings {
-  const { sex, layout, left, right, third, fourth, clip } = settings;
-  return { sex, layout, left, right, third, fourth, clip };
+  const { chapter, sex, layout, left, right, third, fourth, clip } = settings;
+  return { chapter, sex, layout, left, right, third, fourth, clip };
 }
 
 /** Tells the bar of everything that a page with these settings is going to download. */

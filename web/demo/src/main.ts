@@ -4,6 +4,7 @@ import { acceptFiles } from "./drop.js";
 import { installHook } from "./hook.js";
 import { announceDownloads } from "./loader.js";
 import { LoadingBar } from "./loading.js";
+import { offerAsAvatar } from "./own/offer.js";
 import { readSettings } from "./settings.js";
 import { createStore } from "./state.js";
 import { showError } from "./toast.js";
@@ -18,7 +19,10 @@ async function start(): Promise<void> {
     loading.report("renderer", loaded, total),
   );
   const app = new App(store, view, loading);
-  acceptFiles((file) => void app.openFile(file));
+  acceptFiles((file) => {
+    void app.openFile(file);
+    void offerAsAvatar(file);
+  });
   installHook(app, view);
   await app.openModel();
 }

@@ -63,9 +63,9 @@ export class Names {
 
   /** Writes the names; `isMoved`: whether anything moves the skin of the actors. */
   label(isMoved: boolean): void {
-    for (const [idx, { kind }] of this.#shown.entries()) {
+    for (const [idx, { kind, label }] of this.#shown.entries()) {
       const text = this.#element(idx)?.querySelector("span");
-      if (text) text.textContent = nameOf(kind, isMoved);
+      if (text) text.textContent = label ?? nameOf(kind, isMoved);
     }
   }
 

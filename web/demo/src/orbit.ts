@@ -6,6 +6,8 @@ const FOLLOW_PER_SECOND = 5;
 const STRAY_M = 0.7;
 const MIN_DISTANCE_M = 0.5;
 const MAX_DISTANCE_M = 9;
+/** Nearer than this, the picture does not hold all of a body, in metres. */
+const CLOSE_M = 2;
 const RADIANS_PER_PIXEL = 0.006;
 /** What a key raises or lowers the camera by, in metres. */
 const KEY_RAISE_M = 0.08;
@@ -25,6 +27,10 @@ export class OrbitCamera {
   retreat = 1;
   /** Height of the target over the floor. */
   heightM = START.heightM;
+  /** How far a body that jumps has taken the camera up, in metres. */
+  riseM = 0;
+  /** What the camera goes back to: as {@link place}. */
+  home: readonly number[] | null = null;
   /** The floor point under the target, which follows the body. */
   readonly floorM = { x: 0, z: 0 };
   readonly #pointers = new Map<number, { x: number; y: number }>();
@@ -45,17 +51,17 @@ export class OrbitCamera {
 
   /** Back to the view the page starts with. */
   reset(): void {
-    Object.assign(this, START);
+    this.place = this.home;
   }
 
   /** Yaw and pitch in radians, distance and height in metres; null: as at the start. */
-  get place(): number[] | null {
+  get place(): readonly number[] | null {
     const now = [this.yawRadians, this.pitchRadians, this.distanceM, this.heightM];
     const start = Object.values(START);
     return now.some((value, idx) => Math.abs(value - (start[idx] ?? 0)) > 1e-3) ? now : null;
   }
 
-  set place(place: number[] | null) {
+  set place(place: readonly number[] | null) {
     const [yaw = 0, pitch = 0, distance = 0, height = 0] = place ?? Object.values(START);
     this.yawRadians = yaw;
     this.pitchRadians = Math.max(-0.25, Math.min(1.45, pitch));
@@ -90,7 +96,12 @@ export class OrbitCamera {
 
   /** What the camera looks at, in the world, in metres. */
   get targetWorldM(): [number, number, number] {
-    return [this.floorM.x, this.heightM, this.floorM.z];
+    return [this.floorM.x, this.heightM + this.riseM, this.floorM.z];
+  }
+
+  /** Whether it looks at a part of the body that fills the picture. */
+  get isClose(): boolean {
+    return this.distanceM < CLOSE_M;
   }
 
   /** Where the camera is, in the world, in metres; never below the floor. */
@@ -146,6 +157,8 @@ export class OrbitCamera {
   }
 
   #wheel(event: WheelEvent): void {
+    // The story is the top of a page that scrolls; a pinch on a touchpad comes with Ctrl.
+    if (document.documentElement.classList.contains("story-on") && !event.ctrlKey) return;
     event.preventDefault();
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
     this.#zoom(Math.exp(Math.max(-120, Math.min(120, event.deltaY * lines)) * 0.0016));

@@ -35,6 +35,9 @@ const FILE_MOTION = "file:";
 /** Begins the values of the list's entries for ground-truth clips. */
 const CLIP_MOTION = "clip:";
 
+/** The keys that the story has. */
+const STORY_KEYS = [" ", ".", "a", "b", "r", "p", "v", "u", "?"];
+
 const option = (value: string, textContent: string) => create("option", { value, textContent });
 
 /** The controls of body, motion, tissue and playback: what is shown in them is what the store has. */
@@ -227,7 +230,10 @@ export class Panel {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (document.querySelector("dialog[open]")) return;
       if (isOwnKey(event.target as HTMLElement, event.key)) return;
-      const action = keys[event.key.toLowerCase()];
+      const key = event.key.toLowerCase();
+      // What is not to be seen in the story cannot be changed there.
+      if (this.#store.state.chapter && !STORY_KEYS.includes(key)) return;
+      const action = keys[key];
       if (!action) return;
       event.preventDefault();
       action();

@@ -30,6 +30,8 @@ export class Playback {
   speed = 1;
   /** Whether the clock stands still. */
   paused = false;
+  /** The part of the motion that plays over and over, its end like its beginning; null: all of it. */
+  loop: { readonly fromSeconds: number; readonly periodSeconds: number } | null = null;
   /** How often the motion has been played to its end. */
   rounds = 0;
   /** The pose last given to the avatar. */
@@ -108,7 +110,12 @@ export class Playback {
   /** Advances by `seconds` of motion. A motion that ends starts again, with settled tissue. */
   advance(seconds: number): void {
     const { durationSeconds } = this.#motion;
-    const next = this.#timeSeconds + seconds;
+    let next = this.#timeSeconds + seconds;
+    if (this.loop && next >= this.loop.fromSeconds + this.loop.periodSeconds) {
+      // The tissue swings on: nothing jumps.
+      next -= this.loop.periodSeconds;
+      this.rounds += 1;
+    }
     if (next >= durationSeconds) {
       this.rounds += 1;
       this.#start(0);

@@ -29,7 +29,8 @@ export function showReadings(store: PageStore, { view, names, wipe, traces }: Re
     const { left, right, held, shown } = state;
     if (shown.length > 0) names.label(isMoved(state));
     names.setHeld(held, aloneOf(state) !== null);
-    wipe.setNames(nameOf(left, isMoved(state)), nameOf(right, isMoved(state)));
+    if (state.chapter) wipe.setNames("without tissue", "with tissue");
+    else wipe.setNames(nameOf(left, isMoved(state)), nameOf(right, isMoved(state)));
   });
   store.show(() => {
     const { truth, cast } = state;

@@ -1,5 +1,6 @@
 import { REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
 import { type ActorKind, actorsOf, type Sex } from "./actors.js";
+import { CHAPTERS, type Chapter, chapterSettings } from "./chapters.js";
 import { lessMotion } from "./less-motion.js";
 import * as link from "./link.js";
 import { findMotion, MOTION_NAMES, type MotionName } from "./motions.js";
@@ -43,6 +44,8 @@ export interface Settings {
   backend: "auto" | "webgpu" | "webgl2";
   /** Whether fewer pixels are drawn while pictures come too slowly. */
   resolution: "adaptive" | "full";
+  /** The part of the story that is told; null: the Lab, with all controls. */
+  chapter: Chapter | null;
   /** Which body. */
   sex: Sex;
   /** Shape coefficients in standard deviations. */
@@ -122,6 +125,18 @@ export interface Setting<Value> {
   affects?: readonly Consequence[];
 }
 
+/** What a link may say beside the story's chapter; with anything else it leads into the Lab. */
+const STORY_NAMES = ["chapter", "backend", "resolution", "sex"];
+
+function readChapter(query: URLSearchParams): Chapter | null {
+  if ([...query.keys()].some((name) => !STORY_NAMES.includes(name))) return null;
+  return CHAPTERS.find((chapter) => chapter === query.get("chapter")) ?? CHAPTERS[0];
+}
+
+function writeChapter(query: URLSearchParams, chapter: Chapter | null): void {
+  if (chapter !== null && chapter !== CHAPTERS[0]) query.set("chapter", chapter);
+}
+
 const actor = (name: "left" | "right", usual: ActorKind): Setting<ActorKind> => ({
   usual,
   link: link.word(name, usual, ({ sex, clip }) => actorsOf(sex, clip !== null)),
@@ -147,6 +162,11 @@ const AVERAGE: readonly number[] = new Array<number>(SHAPE_LENGTH).fill(0);
 export const SETTINGS: { readonly [Name in keyof Settings]: Setting<Settings[Name]> } = {
   backend: { usual: "auto", link: link.word("backend", "auto", () => BACKENDS) },
   resolution: { usual: "adaptive", link: link.word("resolution", "adaptive", () => RESOLUTIONS) },
+  chapter: {
+    usual: null,
+    link: { read: readChapter, write: writeChapter },
+    affects: ["actors"],
+  },
   sex: {
     usual: "female",
     link: link.word("sex", "female", () => SEXES),
@@ -282,15 +302,21 @@ export function readSettings(search: string): Settings {
   for (const name of SETTING_NAMES) {
     Object.assign(settings, { [name]: SETTINGS[name].link.read(query, settings) });
   }
+  if (settings.chapter) Object.assign(settings, chapterSettings(settings.chapter, settings.sex));
   return settings;
 }
 
 /** The settings as a link, with only what is not as usual. */
 export function writeSettings(settings: Readonly<Settings>): string {
   const query = new URLSearchParams();
-  for (const name of SETTING_NAMES) {
+  // The rest follows from the chapter.
+  const names = settings.chapter
+    ? SETTING_NAMES.filter((name) => STORY_NAMES.includes(name))
+    : SETTING_NAMES;
+  for (const name of names) {
     const { write } = SETTINGS[name].link as link.Codec<unknown, Settings>;
     write(query, settings[name], settings);
   }
+  if (!settings.chapter && readChapter(query)) query.set("lab", "1");
   return query.size > 0 ? `?${query}` : "";
 }

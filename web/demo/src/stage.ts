@@ -60,7 +60,7 @@ export class Stage {
     const made: Avatar[] = [];
     try {
       for (const actor of shown) {
-        const avatar = cast.createAvatar(actor.kind, this.#program.shape);
+        const avatar = cast.createAvatar(actor.kind, actor.shape ?? this.#program.shape);
         made.push(avatar);
         this.#shown.set(avatar, actor);
         this.tune(avatar);

@@ -1,5 +1,6 @@
 import { type ActorKind, actorsOf, type Sex, SLOTS, type Slot } from "./actors.js";
 import type { Cast } from "./cast.js";
+import { troupe } from "./chapters.js";
 import type { MotionFile } from "./motions.js";
 import { narrowScreen } from "./narrow.js";
 import { type Layout, SETTING_NAMES, type Settings, USUAL } from "./settings.js";
@@ -8,9 +9,15 @@ import { clipNamesOf, type TruthClip } from "./truth.js";
 
 /** An actor on the screen. */
 export interface Shown {
-  slot: Slot;
+  slot: Slot | "fifth";
   kind: ActorKind;
+  /** Another shape than that of the settings, and what its body is called. */
+  shape?: readonly number[];
+  label?: string;
 }
+
+/** The places of the story's five bodies. */
+const FIVE = [...SLOTS, "fifth"] as const;
 
 /** What the page does before its next picture, because controls ask more often than pictures come. */
 export interface Waiting {
@@ -39,7 +46,7 @@ export interface Session {
   /** What played before the file, to go back to if the avatar refuses one of its poses. */
   fileBefore: MotionFile | null;
   /** Whose key or name is held down. */
-  held: Slot | null;
+  held: Shown["slot"] | null;
   /** Whether the picture stands still because the benchmark runs. */
   isMeasuring: boolean;
   /** Whether drawing has failed, and is not tried again. */
@@ -88,6 +95,11 @@ export function settingsOf(state: Readonly<State>): Settings {
 
 /** The actors that the settings ask for, from left to right; a narrow screen has room for two. */
 export function wantedActors(state: Readonly<Settings & Pick<Session, "isNarrow">>): Shown[] {
+  if (state.chapter === "bodies") {
+    return troupe(state.sex, state.isNarrow).map(({ shape, label }, idx) => ({
+      ...{ slot: FIVE[idx] ?? "fifth", kind: "dynaskin", shape, label },
+    }));
+  }
   const taken = SLOTS.flatMap((slot) => {
     const kind = state[slot];
     return kind === null ? [] : [{ slot, kind }];

@@ -7,21 +7,23 @@ const SECONDS_SHOWN = 12;
  * or until the message is closed.
  */
 export function showError(title: string, error: unknown, tryAgain?: () => void): void {
-  show("errors", title, error instanceof Error ? error.message : String(error), tryAgain);
+  const action = tryAgain && { label: "Try again", run: tryAgain };
+  show("errors", title, error instanceof Error ? error.message : String(error), action);
 }
 
-/** Says something that is no error. */
-export function showNote(title: string, text: string): void {
-  show("notes", title, text);
+/** What can be done about a message. */
+export interface Action {
+  label: string;
+  run: () => void;
+}
+
+/** Says something that is no error. With something to do about it, it stays until that is done. */
+export function showNote(title: string, text: string, action?: Action): void {
+  show("notes", title, text, action);
 }
 
 /** Errors interrupt a screen reader, notes wait for their turn. */
-function show(
-  areaId: "errors" | "notes",
-  title: string,
-  text: string,
-  tryAgain?: () => void,
-): void {
+function show(areaId: "errors" | "notes", title: string, text: string, action?: Action): void {
   const close = create("button", { className: "close", type: "button", textContent: "✕" });
   close.setAttribute("aria-label", "Close this message");
   const toast = create("div", { className: `toast card${areaId === "notes" ? " note" : ""}` }, [
@@ -30,15 +32,15 @@ function show(
     create("p", { textContent: text }),
   ]);
   close.addEventListener("click", () => toast.remove());
-  if (tryAgain) {
+  if (action) {
     const again = create("button", {
       className: "ghost small",
       type: "button",
-      textContent: "Try again",
+      textContent: action.label,
     });
     again.addEventListener("click", () => {
       toast.remove();
-      tryAgain();
+      action.run();
     });
     toast.append(again);
   } else {

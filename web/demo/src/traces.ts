@@ -89,7 +89,7 @@ export class Traces {
       create("td", { textContent: value == null ? "–" : `${value.toFixed(1)} mm` });
     byId("plot-now").replaceChildren(
       ...this.#shown.map(({ slot, kind }) => {
-        const idx = SLOTS.indexOf(slot);
+        const idx = (SLOTS as readonly string[]).indexOf(slot);
         const name = create("span", { className: `of-${slot}`, textContent: actorLabel(kind) });
         return create("tr", {}, [
           create("th", { scope: "row" }, [name]),

@@ -8,7 +8,7 @@ import { OrbitCamera } from "./orbit.js";
 /** Vertical angle of view, in radians. */
 const FOV_Y_RADIANS = 0.6;
 /** Widths over heights of a picture in which one body has room, and what each further one needs. */
-const ASPECT = { one: 0.62, row: 0.62, further: 0.4 };
+const ASPECT = { one: 0.62, close: 0.78, row: 0.62, further: 0.4 };
 /** The panel with its margin: `--panel` in base.css and one gap. */
 const PANEL_WIDTH_PX = { usual: 348, short: 288 };
 /** Plots and timings, or the narrower caption, with their margins. */
@@ -22,8 +22,17 @@ const SHORT_COVERED_PX = { top: 96, bottom: 70 };
 /** Share of the height that is free which a standing body takes. */
 const SHORT_BODY = 0.72;
 
+/** What the story's text and chapters cover: a body close by fills the picture, but for a phone's. */
+function storyCoveredPixels(chapter: string): { top: number; right: number; bottom: number } {
+  if (narrowScreen.matches) return { top: 70, right: 0, bottom: 230 };
+  if (chapter === "bodies") return { top: 40, right: 0, bottom: shortScreen.matches ? 100 : 190 };
+  return { top: 0, right: 0, bottom: chapter === "grab" ? 60 : 0 };
+}
+
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
 export function coveredPixels(): { top: number; right: number; bottom: number } {
+  const { chapter } = document.documentElement.dataset;
+  if (chapter && chapter !== "lab") return storyCoveredPixels(chapter);
   if (narrowScreen.matches) {
     const caption = tallScreen.matches ? SHEET_CAPTION_PX.tall : SHEET_CAPTION_PX.low;
     const isShown = byId("caption").checkVisibility();
@@ -192,6 +201,27 @@ export class View {
     };
   }
 
+  /** {@link project} for many points: where the picture has them, in CSS pixels. */
+  projector(): (xM: number, yM: number, zM: number) => [xPx: number, yPx: number] {
+    const { clientWidth, clientHeight } = this.#main.canvas;
+    const { eyeWorldM, targetWorldM, fovYRadians } = this.#camera;
+    const [awayX, awayY, awayZ] = this.camera.awayM;
+    const [rightX, rightY, rightZ] = this.camera.shiftM(1, 0);
+    const [upX, upY, upZ] = this.camera.shiftM(0, 1);
+    const [eyeX, eyeY, eyeZ] = eyeWorldM;
+    const [targetX, targetY, targetZ] = targetWorldM;
+    const perDepth = Math.max(1, clientHeight) / (2 * Math.tan(fovYRadians / 2));
+    return (x, y, z) => {
+      const depthM = (x - eyeX) * awayX + (y - eyeY) * awayY + (z - eyeZ) * awayZ;
+      const scale = perDepth / Math.max(0.05, depthM);
+      const [dx, dy, dz] = [x - targetX, y - targetY, z - targetZ];
+      return [
+        clientWidth / 2 + (dx * rightX + dy * rightY + dz * rightZ) * scale,
+        clientHeight / 2 - (dx * upX + dy * upY + dz * upZ) * scale,
+      ];
+    };
+  }
+
   get #camera(): Camera {
     const fovYRadians = FOV_Y_RADIANS;
     this.camera.retreat = this.#retreat;
@@ -224,7 +254,12 @@ export class View {
     // One body may stand partly behind the panel's edge; a row may not.
     const covered = further > 0 ? coveredPixels().right + this.#coveredLeftPx : 0;
     const aspect = Math.max(1, clientWidth - covered) / Math.max(1, clientHeight);
-    const wanted = further > 0 ? ASPECT.row + further * ASPECT.further : ASPECT.one;
+    const wanted =
+      further > 0
+        ? ASPECT.row + further * ASPECT.further
+        : this.camera.isClose
+          ? ASPECT.close
+          : ASPECT.one;
     const { top, bottom } = coveredPixels();
     const free = Math.max(0.1, 1 - (top + bottom) / Math.max(1, clientHeight));
     const low = shortScreen.matches ? SHORT_BODY / free : 1;

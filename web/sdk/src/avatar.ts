@@ -11,6 +11,7 @@ import {
 import { type Core, CoreArray } from "./core.js";
 import { checkDistance, type Detail, detailIndex, detailOf } from "./detail.js";
 import { DynaSkinError } from "./error.js";
+import { type Figure, figureNumbers, figureOf, isFigure, type Shape } from "./figure.js";
 import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "./pose.js";
 import {
   type PoseSource,
@@ -183,13 +184,27 @@ export class Avatar {
    * Gives the avatar another shape, also in mid-motion: the surface follows at once, the tissue
    * moves on.
    *
-   * @param shape - 10 coefficients in standard deviations, -5 to 5; the first is stature
-   * @throws DynaSkinError `argument` for a wrong length, `shape` for numbers out of range or not
-   *   finite; the avatar then keeps its shape
+   * @param shape - 10 coefficients in standard deviations, -5 to 5, the first is stature; or a shape in words
+   *   ({@link Figure}), which takes some milliseconds
+   * @throws DynaSkinError `argument` for a wrong length or an unknown measure, `shape` for numbers out of range or
+   *   not finite, and for words where the bundle tells no measures; the avatar then keeps its shape
    */
-  setShape(shape: ArrayLike<number>): void {
+  setShape(shape: Shape): void {
+    if (isFigure(shape)) {
+      const wish = figureNumbers(shape);
+      this.#core.guard(() => this.raw.setShape(this.raw.shapeOf(wish)));
+      return;
+    }
     checkLength("shape", shape, SHAPE_LENGTH);
     this.#core.guard(() => this.raw.setShape(Float32Array.from(shape)));
+  }
+
+  /**
+   * The body in words: weight, stature and chest of its surface, muscle and age as they are on average among bodies
+   * of its shape. Null where the bundle tells no measures (`traits` in bundle.json).
+   */
+  get figure(): Required<Figure> | null {
+    return this.#core.guard(() => figureOf(this.raw.figure()));
   }
 
   /**

@@ -29,6 +29,24 @@ export interface Learned {
   shape?: [least: number, greatest: number][];
 }
 
+/** What one measure of the bodies of a shape space is: how it changes with the shape coefficients. */
+export interface Trait {
+  /** `stature`, `weight`, `chest`, `muscle` or `age`. */
+  name: string;
+  /** `cm`, `kg`, `%` or `years`. */
+  unit: string;
+  /** Value of the average body. */
+  mean: number;
+  /** Values between which the bodies behind the shape space lie, at mean stature. */
+  range: [least: number, greatest: number];
+  /** Change of the value with each shape coefficient. */
+  per_coefficient: number[];
+  /** Change of the shape coefficients that raises the value by 1. */
+  coefficients_per_unit: number[];
+  /** Share of the variance among bodies that the coefficients explain, 0 to 1. */
+  explained: number;
+}
+
 /**
  * `bundle.json`: what belongs together, and where it comes from. Its texts (`name`, `licence`, all of
  * `training` and `measured`) are its author's, of any length and content, and are not checked: show
@@ -57,6 +75,8 @@ export interface Bundle {
   latent_count: number;
   /** What the networks learned from; absent in version 1. */
   learned?: Learned;
+  /** What the body's shapes look like, for shapes in words; absent where it is not known. */
+  traits?: Trait[];
   /** Body vertices that the decoder moves, ascending. */
   vertices: number[];
   /** What the networks were trained on. */

@@ -19,11 +19,13 @@ export {
   type Learned,
   REGION_NAMES,
   type RegionName,
+  type Trait,
 } from "./bundle.js";
 export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
 export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
 export type { Detail } from "./detail.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
+export type { Figure, Shape } from "./figure.js";
 export { type LoadOptions, load, type ModelFiles } from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";
 export {

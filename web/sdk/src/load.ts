@@ -4,7 +4,14 @@ import { type Core, startCore } from "./core.js";
 import { DynaSkinError } from "./error.js";
 import { checkIntegrity, isIntegrity } from "./integrity.js";
 import { Body, Model } from "./model.js";
-import { type FileSource, type Progress, ProgressSum, readBytes } from "./source.js";
+import {
+  addressOf,
+  type FileSource,
+  isWebPage,
+  type Progress,
+  ProgressSum,
+  readBytes,
+} from "./source.js";
 import type { WasmSource } from "./wasm/instantiate.js";
 
 /** The files of a model, one by one. They must be those whose hashes the bundle names. */
@@ -29,7 +36,7 @@ const MAX_BUNDLE_BYTES = 16 * 2 ** 20;
 export interface LoadOptions {
   /**
    * The folder that holds `bundle.json` and the files it names (with or without the final slash),
-   * or the files themselves.
+   * or the files themselves, as the packages `dynaskin-female` and `dynaskin-male` name them.
    */
   model: string | URL | ModelFiles;
   /**
@@ -85,8 +92,11 @@ export async function load(options: LoadOptions): Promise<Model> {
   checkCallback("onProgress", options.onProgress);
   checkCallback("onBody", onBody);
   const progress = new ProgressSum(options.onProgress);
-  const read = (source: FileSource, what: string, maxBytes = MAX_FILE_BYTES) =>
-    readBytes(source, { what, signal, maxBytes, onProgress: progress.part() });
+  const read = async (source: FileSource, what: string, maxBytes = MAX_FILE_BYTES) => {
+    const bytes = await readBytes(source, { what, signal, maxBytes, onProgress: progress.part() });
+    if (isWebPage(bytes)) throw webPage(what, source);
+    return bytes;
+  };
 
   const starting = startCore(options.wasm, progress.part());
   // A failure is reported below, at the first await that meets it.
@@ -151,13 +161,7 @@ function toSources(model: LoadOptions["model"]): Sources {
         `model must be an address or the model's files, got ${model === null ? "null" : typeof model}.`,
       );
     }
-    for (const key of ["bundle", "body", "predictor", "decoder"] as const) {
-      if (model[key] !== undefined && model[key] !== null) continue;
-      throw new DynaSkinError(
-        "argument",
-        `model lacks the file ${key}; it needs bundle, body, predictor and decoder.`,
-      );
-    }
+    checkFiles(model);
     return { bundle: model.bundle, file: (_bundle, key) => model[key] };
   }
   const address = String(model);
@@ -166,6 +170,33 @@ function toSources(model: LoadOptions["model"]): Sources {
     bundle: new URL("bundle.json", folder),
     file: (bundle, key) => new URL(encodeURIComponent(bundle[key].file), folder),
   };
+}
+
+/** The files of a model. */
+const FILE_KEYS = ["bundle", "body", "predictor", "decoder"] as const;
+
+function checkFiles(model: ModelFiles): void {
+  const missing = FILE_KEYS.find((key) => model[key] === undefined || model[key] === null);
+  if (missing === undefined) return;
+  throw new DynaSkinError(
+    "argument",
+    `model lacks the file ${missing}; it needs bundle, body, predictor and decoder.`,
+  );
+}
+
+/**
+ * The files with `change` made to each.
+ *
+ * @throws DynaSkinError `argument` where one is missing
+ * @internal
+ */
+export function mapFiles(
+  model: ModelFiles,
+  change: (source: FileSource, key: keyof ModelFiles) => FileSource,
+): ModelFiles {
+  checkFiles(model);
+  const changed = FILE_KEYS.map((key) => [key, change(model[key], key)] as const);
+  return Object.fromEntries(changed) as Record<keyof ModelFiles, FileSource>;
 }
 
 function toUrl(address: string): URL {
@@ -184,25 +215,23 @@ function toUrl(address: string): URL {
   }
 }
 
-/** Where `source` is, for error messages; null for bytes and for addresses that hold the bytes. */
-function addressOf(source: FileSource): string | null {
-  const fetched = typeof Response !== "undefined" && source instanceof Response;
-  const address = fetched ? source.url : source;
-  if (typeof address !== "string" && !(address instanceof URL)) return null;
-  return /^(data:|$)/.test(String(address)) ? null : String(address);
+/**
+ * Servers of single-page applications answer every unknown address with their start page. Said before
+ * hashes are compared: that a page has another hash than a network helps nobody.
+ */
+function webPage(what: string, source: FileSource): DynaSkinError {
+  const address = addressOf(source);
+  return new DynaSkinError(
+    "bundle",
+    `There is a web page where ${what} should be${address ? `: ${address}` : ""}. ` +
+      "Give the address of the folder that holds bundle.json and the files it names, and check that " +
+      "the server has them.",
+  );
 }
 
 /** Only as much as is needed to find the files; the core checks the rest. */
 function parseBundle(bytes: Uint8Array, address: string | null): Bundle {
   const text = new TextDecoder().decode(bytes);
-  // Servers of single-page applications answer every unknown address with their start page.
-  if (/^\s*</.test(text)) {
-    throw new DynaSkinError(
-      "bundle",
-      `There is a web page where bundle.json should be${address ? `: ${address}` : ""}. ` +
-        "Give the address of the folder that holds bundle.json, and check that the server has it.",
-    );
-  }
   try {
     const bundle = JSON.parse(text) as Bundle;
     for (const key of ["body", "predictor", "decoder"] as const) {

@@ -5,14 +5,18 @@ import { checkObject } from "./check.js";
 import type { Core } from "./core.js";
 import { Crowd } from "./crowd.js";
 import { DynaSkinError } from "./error.js";
+import { isFigure, type Shape } from "./figure.js";
 import { checkLength, SHAPE_LENGTH } from "./pose.js";
 import { type PoseSource, poseSourceIndex } from "./pose-source.js";
 import type { CoreBody, CoreModel } from "./wasm/core.js";
 
 /** How an avatar begins. */
 export interface AvatarOptions {
-  /** Ten shape coefficients in standard deviations; the first is stature. Average if left out. */
-  shape?: ArrayLike<number>;
+  /**
+   * Ten shape coefficients in standard deviations, the first is stature; or a shape in words (`Figure`).
+   * Average if left out.
+   */
+  shape?: Shape;
   /** Where the poses come from; `display` if left out. See {@link PoseSource}. */
   poseSource?: PoseSource;
 }
@@ -77,7 +81,7 @@ export class Body {
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
     const raw = this.#core.guard(() => this.raw.createAvatar(shape));
-    return withSource(new Avatar(this.#core, raw, this.vertexCount), options);
+    return asWished(new Avatar(this.#core, raw, this.vertexCount), options);
   }
 
   /** Frees the body's memory; avatars made from it live on. May be called again. */
@@ -133,7 +137,7 @@ export class Model {
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
     const avatar = this.#core.guard(() => this.#alive.createAvatar(shape));
-    return withSource(new Avatar(this.#core, avatar, this.body.vertexCount), options);
+    return asWished(new Avatar(this.#core, avatar, this.body.vertexCount), options);
   }
 
   /** A crowd without avatars, for many avatars of this model; see {@link Crowd}. */
@@ -158,16 +162,24 @@ export class Model {
   }
 }
 
-function withSource(avatar: Avatar, { poseSource }: AvatarOptions): Avatar {
+function asWished(avatar: Avatar, { poseSource, shape }: AvatarOptions): Avatar {
   if (poseSource !== undefined) avatar.poseSource = poseSource;
-  return avatar;
+  if (shape === undefined || !isFigure(shape)) return avatar;
+  try {
+    avatar.setShape(shape);
+    return avatar;
+  } catch (error) {
+    avatar.dispose();
+    throw error;
+  }
 }
 
+/** The coefficients that an avatar begins with; a shape in words is set on it afterwards. */
 function toShape(options: AvatarOptions): Float32Array {
   checkObject("options", options);
   if (options.poseSource !== undefined) poseSourceIndex(options.poseSource);
   const { shape } = options;
-  if (shape === undefined) return new Float32Array(SHAPE_LENGTH);
+  if (shape === undefined || isFigure(shape)) return new Float32Array(SHAPE_LENGTH);
   checkLength("shape", shape, SHAPE_LENGTH);
   return Float32Array.from(shape);
 }

@@ -178,3 +178,28 @@ async function readFromDisk(address: string, options: ReadOptions): Promise<Uint
   onProgress?.(bytes.length, bytes.length);
   return bytes;
 }
+
+/** Letters of a file that are looked at to tell what it is. */
+const FIRST_BYTES = 64;
+
+/**
+ * Whether a file is a page of HTML: its first letter is `<`, with which no JSON, GLB, ONNX or WebAssembly
+ * begins.
+ *
+ * @internal
+ */
+export function isWebPage(bytes: Uint8Array): boolean {
+  return /^\s*</.test(new TextDecoder().decode(bytes.subarray(0, FIRST_BYTES)));
+}
+
+/**
+ * Where a file is, for error messages; null for bytes and for addresses that hold the bytes.
+ *
+ * @internal
+ */
+export function addressOf(source: unknown): string | null {
+  const fetched = typeof Response !== "undefined" && source instanceof Response;
+  const address = fetched ? source.url : source;
+  if (typeof address !== "string" && !(address instanceof URL)) return null;
+  return /^(data:|$)/.test(String(address)) ? null : String(address);
+}

@@ -139,24 +139,38 @@ describe("files that cannot be used", () => {
   it("a bundle that is no JSON", () =>
     expectError("bundle", () => load({ model: { ...modelFiles(), bundle: noise } })));
 
-  it("a web page where bundle.json should be, naming the address that was asked", async () => {
+  it.each([
+    ["bundle.json", "bundle.json"],
+    ["body.glb", "the body"],
+    ["predictor.onnx", "the predictor"],
+    ["decoder.onnx", "the decoder"],
+  ])("a web page where %s should be, naming the address that was asked", async (name, what) => {
     const page = "\ufeff\n<!doctype html><title>start</title>";
-    const server = createServer((_request, answer) => answer.end(page)).listen(0, "127.0.0.1");
+    const server = createServer((request, answer) => {
+      const asked = String(request.url).split("/").at(-1) ?? "";
+      answer.end(asked === name ? page : readModelFile(asked));
+    }).listen(0, "127.0.0.1");
     try {
       await once(server, "listening");
       const { port } = server.address() as AddressInfo;
       const model = `http://127.0.0.1:${port}/models/femail`;
       const error = await expectError("bundle", () => load({ model }));
-      expect(error.message).toContain(`web page where bundle.json should be: ${model}/bundle.json`);
-      const bytes = new TextEncoder().encode(page);
-      const unnamed = await expectError("bundle", () =>
-        load({ model: { ...modelFiles(), bundle: bytes } }),
-      );
-      expect(unnamed.message).toContain("web page where bundle.json should be. ");
+      expect(error.message).toContain(`web page where ${what} should be: ${model}/${name}. `);
     } finally {
       server.close();
     }
   });
+
+  it.each(["bundle", "body", "predictor", "decoder"] as const)(
+    "the bytes of a web page as the %s",
+    async (key) => {
+      const bytes = new TextEncoder().encode("\n<!doctype html><title>start</title>");
+      const error = await expectError("bundle", () =>
+        load({ model: { ...modelFiles(), [key]: bytes } }),
+      );
+      expect(error.message).toMatch(/web page where [\w. ]+ should be\. /);
+    },
+  );
 
   it.each([
     "//elsewhere.example/body.glb",

@@ -81,6 +81,20 @@ function hop(skin: DynaSkin, avatar: Avatar, seconds = 1.5): number {
 }
 
 describe("DynaSkin in three.js", () => {
+  it("finds the mesh in a group, and refuses a group with none or two", async () => {
+    const { group, mesh } = await loadBody();
+    const avatar = model.createAvatar();
+    const skin = new DynaSkin(avatar, group);
+    expect(skin.mesh).toBe(mesh);
+    skin.dispose();
+    const none = await expectError("argument", () => new DynaSkin(avatar, new Group()));
+    expect(none.message).toContain("a group that holds one");
+    group.add((await loadBody()).group);
+    const two = await expectError("argument", () => new DynaSkin(avatar, group));
+    expect(two.message).toContain("here are 2");
+    avatar.dispose();
+  });
+
   it("draws the surface that the avatar skins, for a body of another shape", async () => {
     const { mesh } = await loadBody();
     const avatar = model.createAvatar({ shape: SHAPE });

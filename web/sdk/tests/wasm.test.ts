@@ -15,7 +15,7 @@ describe("the WebAssembly file", () => {
   it("is a page of HTML, as servers answer for an unknown address", async () => {
     const wasm = new Response("<!doctype html><title>My app</title>");
     const error = await expectError("wasm", () => load({ model, wasm }));
-    expect(error.message).toContain("HTML");
+    expect(error.message).toContain("web page where the dynaskin core should be");
   });
 
   it("is damaged", () => expectError("wasm", () => load({ model, wasm: new Uint8Array(100) })));

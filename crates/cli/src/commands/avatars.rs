@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
 use clap::Args;
-use dynaskin_avatars::{Container, RECIPES, Recipe, make};
+use dynaskin_avatars::{Container, EXAMPLES, RECIPES, Recipe, make};
 use dynaskin_body::BodyModel;
 
 use super::say;
@@ -19,7 +19,7 @@ pub struct AvatarsArgs {
     /// Folder to write the avatars into.
     #[arg(long)]
     out: PathBuf,
-    /// Only the avatar of this name.
+    /// Only the avatar of this name. `runner` and `lifter`, dressed to be shown, are written by name alone.
     #[arg(long)]
     only: Option<String>,
 }
@@ -29,10 +29,12 @@ pub fn run(args: &AvatarsArgs) -> anyhow::Result<()> {
     let bytes =
         fs::read(&args.body).with_context(|| format!("cannot read {}", args.body.display()))?;
     let body = BodyModel::from_glb(&bytes).with_context(|| args.body.display().to_string())?;
-    let is_wanted = |recipe: &&Recipe| args.only.as_deref().is_none_or(|only| recipe.name == only);
-    let wanted: Vec<&Recipe> = RECIPES.iter().filter(is_wanted).collect();
+    let wanted: Vec<&Recipe> = match args.only.as_deref() {
+        None => RECIPES.iter().collect(),
+        Some(only) => every().filter(|recipe| recipe.name == only).collect(),
+    };
     if wanted.is_empty() {
-        let names: Vec<&str> = RECIPES.iter().map(|recipe| recipe.name).collect();
+        let names: Vec<&str> = every().map(|recipe| recipe.name).collect();
         bail!(
             "there is no avatar of that name; there are {}",
             names.join(", ")
@@ -56,4 +58,8 @@ pub fn run(args: &AvatarsArgs) -> anyhow::Result<()> {
         ));
     }
     Ok(())
+}
+
+fn every() -> impl Iterator<Item = &'static Recipe> {
+    RECIPES.iter().chain(&EXAMPLES)
 }

@@ -231,6 +231,7 @@ pub fn bundle_of(size: Size, predictor: &[u8], decoder: &[u8]) -> Bundle {
         feature_count: INERTIAL_FEATURE_COUNT,
         latent_count: size.latents,
         learned: Learned::USUAL,
+        traits: Vec::new(),
         vertices: vertices_of(size),
         training: Default::default(),
         measured: Default::default(),

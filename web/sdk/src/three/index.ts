@@ -12,6 +12,7 @@ import {
   BufferGeometry,
   DynamicDrawUsage,
   Matrix4,
+  type Object3D,
   Quaternion,
   Skeleton,
   type SkinnedMesh,
@@ -45,7 +46,7 @@ const matrix = new Matrix4();
  * distances follow the avatar's shape.
  *
  * ```ts
- * const skin = new DynaSkin(avatar, mesh);
+ * const skin = new DynaSkin(avatar, gltf.scene);
  * function frame(deltaSeconds: number) {
  *   mixer.update(deltaSeconds);
  *   skin.update(deltaSeconds); // after everything that moves bones
@@ -56,14 +57,34 @@ const matrix = new Matrix4();
 export class DynaSkin extends SkinDriver<SkinnedMesh> {
   /**
    * @param avatar - an avatar of the mesh's model, here or in a worker
-   * @param mesh - the mesh of the same model's `body.glb`, as `GLTFLoader` gives it
-   * @throws DynaSkinError `argument` if bones are missing, vertices do not fit, the bones' rest
+   * @param object - the mesh of the same model's `body.glb`, or what holds it, such as the `scene` that `GLTFLoader`
+   *   gives
+   * @throws DynaSkinError `argument` if `object` holds no or several skinned meshes, bones are missing, vertices do not fit, the bones' rest
    *   frames are not aligned with the model's axes, or another DynaSkin moves the mesh; the mesh is
    *   then unchanged
    */
-  constructor(avatar: TissueSource, mesh: SkinnedMesh, options: RigOptions = {}) {
+  constructor(avatar: TissueSource, object: Object3D, options: RigOptions = {}) {
+    const mesh = skinnedMeshOf(object);
     super(avatar, mesh, options, () => new ThreeRig(mesh, options.boneNames));
   }
+}
+
+/** The skinned mesh that is meant: a group that was loaded from body.glb holds one. */
+function skinnedMeshOf(object: Object3D): SkinnedMesh {
+  if ((object as SkinnedMesh | null)?.isSkinnedMesh) return object as SkinnedMesh;
+  const found: SkinnedMesh[] = [];
+  object?.traverse?.((part) => {
+    if ((part as SkinnedMesh).isSkinnedMesh) found.push(part as SkinnedMesh);
+  });
+  const [mesh] = found;
+  if (mesh && found.length === 1) return mesh;
+  const names = found.map(({ name }) => JSON.stringify(name)).join(", ");
+  throw new DynaSkinError(
+    "argument",
+    mesh
+      ? `DynaSkin moves one SkinnedMesh; here are ${found.length}: ${names}. Give the one that is the body.`
+      : "DynaSkin needs a SkinnedMesh with a skeleton, or a group that holds one.",
+  );
 }
 
 /** A mesh of three.js, its bones, and what it was before. */
@@ -82,7 +103,7 @@ class ThreeRig implements EngineRig {
   #reachM = 0;
 
   constructor(mesh: SkinnedMesh, names: RigOptions["boneNames"]) {
-    if (!mesh?.isSkinnedMesh || !mesh.skeleton) {
+    if (!mesh.skeleton) {
       throw new DynaSkinError("argument", "DynaSkin needs a SkinnedMesh with a skeleton.");
     }
     const { geometry, skeleton, bindMatrix } = mesh;

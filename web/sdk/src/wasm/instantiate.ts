@@ -1,5 +1,5 @@
 import { DynaSkinError } from "../error.js";
-import { type FileSource, readBytes } from "../source.js";
+import { addressOf, type FileSource, isWebPage, readBytes } from "../source.js";
 
 /** A WebAssembly file: where it is, its bytes, or the compiled module. */
 export type WasmSource = FileSource | WebAssembly.Module;
@@ -29,7 +29,9 @@ export async function compile(
   try {
     return await WebAssembly.compile(bytes as Uint8Array<ArrayBuffer>);
   } catch (cause) {
-    throw new DynaSkinError("wasm", explain(cause, options.what, bytes), { cause });
+    throw new DynaSkinError("wasm", explain(cause, options.what, bytes, addressOf(source)), {
+      cause,
+    });
   }
 }
 
@@ -41,7 +43,12 @@ const SIMD_PROBE = Uint8Array.of(
   ...[10, 8, 1, 6, 0, 65, 0, 253, 15, 11],
 );
 
-function explain(cause: unknown, what: string, bytes: Uint8Array): string {
+function explain(
+  cause: unknown,
+  what: string,
+  bytes: Uint8Array,
+  address: string | null,
+): string {
   const reason = cause instanceof Error ? cause.message : String(cause);
   if (/unsafe-eval|Content Security Policy|disallowed by embedder/i.test(reason)) {
     return (
@@ -49,9 +56,9 @@ function explain(cause: unknown, what: string, bytes: Uint8Array): string {
       "Add 'wasm-unsafe-eval' to script-src."
     );
   }
-  if (bytes[0] === "<".charCodeAt(0)) {
+  if (isWebPage(bytes)) {
     return (
-      `Instead of ${what} the server sent a page of HTML, as it does for addresses it does not know. ` +
+      `There is a web page where ${what} should be${address ? `: ${address}` : ""}. ` +
       "Check that the .wasm file is served, or hand it to load() as `wasm`."
     );
   }

@@ -9,7 +9,8 @@ import {
   mergedControls,
 } from "../controls.js";
 import type { Detail } from "../detail.js";
-import { checkLength, POSE_LENGTH, type Pose, SHAPE_LENGTH } from "../pose.js";
+import type { Figure, Shape } from "../figure.js";
+import { checkLength, POSE_LENGTH, type Pose } from "../pose.js";
 import type { PoseSource } from "../pose-source.js";
 import type { Link } from "./link.js";
 import {
@@ -17,6 +18,7 @@ import {
   type AvatarProperties,
   type AvatarSettings,
   type Calls,
+  checkedShape,
   copySurface,
   type Shown,
   type Stepped,
@@ -133,6 +135,11 @@ export class WorkerAvatar
     return this.#shown.shape;
   }
 
+  /** The body in words, as the present surface has it; see `Avatar.figure`. */
+  get figure(): Required<Figure> | null {
+    return this.#alive.figure;
+  }
+
   /** Another number whenever {@link shape} may be another; see `Avatar.revision`. */
   get revision(): number {
     return this.#alive.revision;
@@ -146,11 +153,12 @@ export class WorkerAvatar
   /**
    * Gives the avatar another shape; it and the surface change when the worker answers.
    *
-   * @throws DynaSkinError `argument` for a wrong length; what the worker refuses, the next step throws
+   * @param shape - see `Avatar.setShape`
+   * @throws DynaSkinError `argument` for a wrong length or an unknown measure; what the worker refuses, the next
+   *   step throws
    */
-  setShape(shape: ArrayLike<number>): void {
-    checkLength("shape", shape, SHAPE_LENGTH);
-    this.change(["setShape", Array.from(shape)]);
+  setShape(shape: Shape): void {
+    this.change(["setShape", checkedShape(shape)]);
   }
 
   /** Factor on all offsets, 0 to 4; see `Avatar.strength`. */

@@ -15,8 +15,9 @@ export { type ReadMotionOptions, readMotion } from "./read-motion.js";
 export type { Remote } from "./remote.js";
 export type { ThreadOptions, TrustedScriptAddress } from "./start.js";
 
-import { checkCallback, checkObject } from "../check.js";
+import { checkCallback, checkObject, kindOf } from "../check.js";
 import { DynaSkinError } from "../error.js";
+import { type ModelFiles, mapFiles } from "../load.js";
 import type { AvatarOptions } from "../model.js";
 import type { Progress } from "../source.js";
 import type { WorkerAvatar } from "./avatar.js";
@@ -33,8 +34,11 @@ import {
 
 /** How a model in a worker begins. */
 export interface WorkerModelOptions extends ThreadOptions {
-  /** The folder that holds `bundle.json` and the files it names. */
-  model: string | URL;
+  /**
+   * The folder that holds `bundle.json` and the files it names, or the files themselves: addresses, bytes
+   * (which are copied) or Blobs.
+   */
+  model: string | URL | ModelFiles;
   /** Called as bytes arrive in the worker. What it throws, the promise rejects with. */
   onProgress?: (progress: Progress) => void;
 }
@@ -90,11 +94,24 @@ export async function createWorkerAvatar(options: WorkerAvatarOptions): Promise<
 
 function toLoad(options: WorkerModelOptions): Calls["load"]["sent"] {
   const { model } = options;
-  if (typeof model !== "string" && !(model instanceof URL)) {
+  return { model: sentModel(model), ...threadNeeds(options) };
+}
+
+/** Addresses count from the page; what is sent are strings and bytes. */
+function sentModel(model: WorkerModelOptions["model"]): string | ModelFiles {
+  if (typeof model === "string" || model instanceof URL) return absolute(model);
+  if (typeof model !== "object" || model === null) {
     throw new DynaSkinError(
       "argument",
-      "model must be the address of a model's folder; a worker fetches the files by itself.",
+      `model must be the address of a model's folder, or its files, got ${kindOf(model)}.`,
     );
   }
-  return { model: absolute(model), ...threadNeeds(options) };
+  return mapFiles(model, (source, key) => {
+    if (typeof source === "string" || source instanceof URL) return absolute(source);
+    if (typeof Response === "undefined" || !(source instanceof Response)) return source;
+    throw new DynaSkinError(
+      "argument",
+      `model.${key} is a Response, which cannot be sent to a worker; give its address or its bytes.`,
+    );
+  });
 }

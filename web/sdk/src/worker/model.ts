@@ -1,11 +1,11 @@
 import type { Bundle } from "../bundle.js";
 import { checkObject } from "../check.js";
 import type { AvatarOptions } from "../model.js";
-import { checkLength, SHAPE_LENGTH } from "../pose.js";
 import { poseSourceIndex } from "../pose-source.js";
 import { WorkerAvatar } from "./avatar.js";
 import { WorkerCrowd } from "./crowd.js";
 import type { Link } from "./link.js";
+import { checkedShape, type SentShape } from "./protocol.js";
 import { disposed } from "./refusals.js";
 
 /**
@@ -95,11 +95,9 @@ export class WorkerModel {
  *
  * @internal
  */
-export function sentShape(options: AvatarOptions): { shape?: number[] } {
+export function sentShape(options: AvatarOptions): { shape?: SentShape } {
   checkObject("options", options);
   const { shape, poseSource } = options;
   if (poseSource !== undefined) poseSourceIndex(poseSource);
-  if (shape === undefined) return {};
-  checkLength("shape", shape, SHAPE_LENGTH);
-  return { shape: Array.from(shape) };
+  return shape === undefined ? {} : { shape: checkedShape(shape) };
 }

@@ -4,7 +4,10 @@ import type { AvatarParts, BindWish } from "../bind/parts.js";
 import type { Bundle } from "../bundle.js";
 import type { Crowd, CrowdReport } from "../crowd.js";
 import { checkDistance, type Detail, detailIndex } from "../detail.js";
+import { type Figure, figureNumbers, isFigure, type Shape } from "../figure.js";
+import type { ModelFiles } from "../load.js";
 import type { fileArguments, MotionReading } from "../motion.js";
+import { checkLength, SHAPE_LENGTH } from "../pose.js";
 import { poseSourceIndex } from "../pose-source.js";
 import type { Progress } from "../source.js";
 import { checkScale } from "./refusals.js";
@@ -50,8 +53,25 @@ export interface AvatarSettings extends AvatarProperties, Pick<Avatar, "controls
 /** How a crowd is set. */
 export type CrowdSettings = Pick<Crowd, "levelOfDetail">;
 
+/** A shape as it is sent. */
+export type SentShape = number[] | Figure;
+
+/**
+ * Refuses what is no shape, before it is sent.
+ *
+ * @throws DynaSkinError `argument` for a wrong length or an unknown measure
+ */
+export function checkedShape(shape: Shape): SentShape {
+  if (isFigure(shape)) {
+    figureNumbers(shape);
+    return { ...shape };
+  }
+  checkLength("shape", shape, SHAPE_LENGTH);
+  return Array.from(shape);
+}
+
 /** The surface at one moment, and the shape that belongs to it. */
-export interface Shown extends Pick<Avatar, "shape" | "revision"> {
+export interface Shown extends Pick<Avatar, "shape" | "figure" | "revision"> {
   surface: SurfaceArrays;
   restJointsM: Float32Array;
 }
@@ -84,7 +104,11 @@ type Sent<Args extends unknown[]> = {
 export interface Calls {
   /** Loads the model. Meanwhile the worker says every so often that it is alive. */
   load: {
-    sent: { model: string; wasm?: string | ArrayBuffer | WebAssembly.Module; aliveEveryMs: number };
+    sent: {
+      model: string | ModelFiles;
+      wasm?: string | ArrayBuffer | WebAssembly.Module;
+      aliveEveryMs: number;
+    };
     back: Bundle;
   };
   /** Reads a motion file; says on the way how far it is. It needs no model. */
@@ -112,7 +136,7 @@ export interface Calls {
   };
   /** Makes an avatar and calls it `target`. */
   createAvatar: {
-    sent: { target: number; shape?: number[] };
+    sent: { target: number; shape?: SentShape };
     back: State<AvatarSettings> & { shown: Shown };
   };
   /** Makes a crowd and calls it `target`. */

@@ -173,8 +173,22 @@ function stateOfAvatar(avatar: Avatar, transfer: Transferable[]): Calls["createA
   const surface = copySurface(avatar);
   transfer.push(...buffersOf(surface));
   const { shape, revision } = avatar;
-  const shown = { surface, shape, revision, restJointsM: avatar.restJointsM() };
+  const figure = figureOf(avatar);
+  const shown = { surface, shape, figure, revision, restJointsM: avatar.restJointsM() };
   return { settings: settingsOf(avatar) as Partial<AvatarSettings>, shown };
+}
+
+const figures = new WeakMap<Avatar, Pick<Avatar, "figure" | "revision">>();
+
+/** Measured only after a change of the shape: it takes about as long as a step. */
+function figureOf(avatar: Avatar): Avatar["figure"] {
+  const { revision } = avatar;
+  let known = figures.get(avatar);
+  if (known?.revision !== revision) {
+    known = { revision, figure: avatar.figure };
+    figures.set(avatar, known);
+  }
+  return known.figure;
 }
 
 /** How an object is set; what the page sets silently, it knows best. */

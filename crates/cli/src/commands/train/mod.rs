@@ -15,7 +15,7 @@ use std::path::Path;
 use anyhow::Context as _;
 use clap::{ArgMatches, Args, Command, FromArgMatches, Subcommand};
 use dynaskin_baselines::dsnet::ShapeInput;
-use dynaskin_body::BodyModel;
+use dynaskin_body::{BodyModel, Trait};
 use dynaskin_evaluate::{BundleParts, Method, Player, Report, evaluate, write_bundle};
 use dynaskin_files::FolderLock;
 use dynaskin_runtime::BundleFile;
@@ -138,6 +138,19 @@ impl TrainCommand {
     }
 }
 
+/// What the body's shapes look like, where `traits.json` lies beside the body.
+fn read_traits(body: &Path) -> anyhow::Result<Vec<Trait>> {
+    let path = body.with_file_name("traits.json");
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let text = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+    serde_json::from_slice(&text).with_context(|| {
+        let remedy = "dynaskin body build writes it anew; without it, bundles know no shapes in words";
+        format!("{} holds no traits ({remedy})", path.display())
+    })
+}
+
 /// Runs `dynaskin train`.
 pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
     let common = command.common();
@@ -146,6 +159,7 @@ pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
         None => Split::default(),
     };
     let (body, body_glb) = read_body(&common.body)?;
+    let traits = read_traits(&common.body)?;
     let body_sha256 = BundleFile::of("body.glb", &body_glb).sha256;
     let data_set = DataSet::open(&common.data, &body_sha256, &split)?;
     say(&listing(&data_set));
@@ -176,6 +190,7 @@ pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
         networks: &networks,
         vertices: &data_set.vertices,
         learned: data_set.learned(networks.feature_kind)?,
+        traits: &traits,
         training: &facts,
     };
     let mut player = Player::new(

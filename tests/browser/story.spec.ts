@@ -1,0 +1,185 @@
+// What the page begins with: a body close by that lands, and the chapters after it.
+import { expect, type Page } from "@playwright/test";
+import type {} from "../../web/demo/src/hook.js";
+import { openAddress, picture, test, variation } from "./support.js";
+
+/** One picture of the story's own clock, so that a slow machine measures the same. */
+const PICTURE_SECONDS = 1 / 60;
+
+/** Starts the story's loop again and plays it with a clock of the test's own; what it was at each picture. */
+function play(page: Page, seconds: number) {
+  return page.evaluate(
+    ([pictures, step]) => {
+      const demo = window.dynaskinDemo;
+      if (!demo) throw new Error("the page has no demo");
+      const seen = [];
+      demo.restartStory();
+      for (let idx = 0; idx < (pictures ?? 0); idx += 1) {
+        demo.advanceStory(step ?? 0);
+        const heightM = demo.avatar?.skinMatrices[13] ?? Number.NaN;
+        const offsets = demo.avatar?.offsets ?? new Float32Array();
+        seen.push({
+          ...{ seconds: (idx + 1) * (step ?? 0), motionSeconds: demo.timeSeconds },
+          ...{ gapPx: demo.gapPx, heightM, round: demo.rounds },
+          offsetM: Math.hypot(...offsets),
+        });
+      }
+      return seen;
+    },
+    [Math.round(seconds / PICTURE_SECONDS), PICTURE_SECONDS],
+  );
+}
+
+test("the first landing comes within a second, and shows 15 pixels of tissue", async ({ page }) => {
+  await page.setViewportSize({ width: 1280, height: 720 });
+  const problems = await openAddress(page, "/");
+  await expect(page.locator("#panel")).toBeHidden();
+  await expect(page.getByRole("heading", { name: "Bodies are soft." })).toBeVisible();
+  const seen = await play(page, 4);
+  const top = seen.findIndex(({ heightM }, idx) => heightM > (seen[idx + 1]?.heightM ?? heightM));
+  const bottom = seen.findIndex(
+    ({ heightM }, idx) => idx > top && heightM < (seen[idx + 1]?.heightM ?? heightM),
+  );
+  // From the top of the first flight to the deepest point after it, and a little on.
+  const landing = seen.slice(top, bottom + 15);
+  const most = landing.reduce((best, each) => (each.gapPx > best.gapPx ? each : best));
+  console.log(
+    `first landing: deepest after ${seen[bottom]?.seconds.toFixed(2)} s, ${most.gapPx.toFixed(1)} px ` +
+      `after ${most.seconds.toFixed(2)} s`,
+  );
+  expect(seen[bottom]?.seconds).toBeLessThan(1);
+  expect(most.gapPx).toBeGreaterThan(15);
+  expect(most.seconds).toBeLessThan(4);
+  expect(
+    variation(await picture(page, "story-look"), { x: 0.35, y: 0.15, width: 0.3, height: 0.6 }),
+  ).toBeGreaterThan(12);
+  expect(problems).toEqual([]);
+});
+
+test("the loop has no seam, and its later landings are slow", async ({ page }) => {
+  await openAddress(page, "/");
+  const seen = await play(page, 9);
+  const starts = seen.filter(({ round }, idx) => round > (seen[idx - 1]?.round ?? 0));
+  const [second, third] = starts.map(({ seconds }) => seconds);
+  expect((third ?? 0) - (second ?? 0)).toBeGreaterThan(2.6);
+  expect((third ?? 0) - (second ?? 0)).toBeLessThan(3.4);
+  // From picture to picture nothing moves farther at the seam than it does elsewhere.
+  const steps = seen.slice(1).map(({ offsetM, heightM, round }, idx) => ({
+    isSeam: round !== seen[idx]?.round,
+    risenM: Math.abs(heightM - (seen[idx]?.heightM ?? 0)),
+    changeM: Math.abs(offsetM - (seen[idx]?.offsetM ?? 0)),
+  }));
+  for (const of of ["risenM", "changeM"] as const) {
+    const largest = Math.max(...steps.filter(({ isSeam }) => !isSeam).map((step) => step[of]));
+    for (const seam of steps.filter(({ isSeam }) => isSeam)) expect(seam[of]).toBeLessThan(largest);
+  }
+});
+
+test("the divider moves by itself until it is touched", async ({ page }) => {
+  await openAddress(page, "/?resolution=full");
+  const divider = page.getByRole("slider", { name: "Divider between the two actors" });
+  const place = async () => Number(await divider.getAttribute("aria-valuenow"));
+  await expect.poll(place, { timeout: 120_000 }).not.toBe(50);
+  await divider.focus();
+  await page.keyboard.press("Home");
+  expect(await place()).toBe(0);
+  await page.waitForTimeout(3000);
+  expect(await place()).toBe(0);
+});
+
+test("the whole story by keyboard", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await openAddress(page, "/?resolution=full");
+  const chapter = (name: string) => page.getByRole("button", { name, exact: true });
+  await chapter("Measure").press("Enter");
+  await expect(page).toHaveURL(/\?.*chapter=ghost/);
+  await expect(page.locator("#ghost-text")).toContainText(/chest \d+ mm, belly \d+ mm/);
+  await chapter("Five bodies").press("Enter");
+  await expect(page.locator("#names .name")).toHaveCount(5);
+  await expect(page.locator("#names .name span").first()).toHaveText("48 kg");
+  await chapter("Grab it").press("Enter");
+  await expect(page.locator("#names .name")).toHaveCount(1);
+  const ring = page.getByRole("button", { name: "Pelvis" });
+  const before = await page.evaluate(() => window.dynaskinDemo?.avatar?.skinMatrices[13] ?? 0);
+  await ring.focus();
+  await page.keyboard.down("ArrowUp");
+  await expect
+    .poll(() => page.evaluate(() => window.dynaskinDemo?.avatar?.skinMatrices[13] ?? 0))
+    .toBeGreaterThan(before + 0.02);
+  await page.keyboard.up("ArrowUp");
+  await page.keyboard.press("Escape");
+  await chapter("Share").press("Enter");
+  await expect(page.getByRole("dialog", { name: "Share" })).toBeVisible();
+  await page.keyboard.press("Escape");
+  await chapter("Lab").press("Enter");
+  await expect(page.locator("#panel")).toBeVisible();
+  await page.getByRole("button", { name: "Back to the story" }).press("Enter");
+  await expect(page.locator("#panel")).toBeHidden();
+  await expect(page).not.toHaveURL(/lab|chapter|motion/);
+});
+
+test("a visitor who asked for less motion sees a pair that stands still at the landing", async ({
+  page,
+}) => {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await page.setViewportSize({ width: 1280, height: 720 });
+  await openAddress(page, "/");
+  await expect(page.getByText("your system asks for less motion").first()).toBeVisible();
+  expect(await page.evaluate(() => window.dynaskinDemo?.gapPx ?? 0)).toBeGreaterThan(15);
+  const time = () => page.evaluate(() => window.dynaskinDemo?.timeSeconds ?? 0);
+  const before = await time();
+  await page.waitForTimeout(1000);
+  expect(await time()).toBe(before);
+  await picture(page, "story-less-motion");
+  await page.getByRole("button", { name: "Play", exact: true }).click();
+  await expect.poll(time).not.toBe(before);
+});
+
+test("below the picture: papers, results, licence and how to cite", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await openAddress(page, "/?resolution=full");
+  await page.getByRole("link", { name: "How to cite" }).click();
+  await expect(page.getByText("@software{dynaskin")).toBeInViewport();
+  const table = page.getByRole("table");
+  await expect(table.getByRole("row")).toHaveCount(8);
+  await expect(table.getByRole("rowheader", { name: /^dynaskin/ })).toBeVisible();
+  const card = await page.request.get(
+    (await page.getByRole("link", { name: "female" }).getAttribute("href")) ?? "",
+  );
+  expect(card.ok()).toBe(true);
+});
+
+const SIZES = [
+  ["laptop", 1440, 900],
+  ["tablet", 768, 1024],
+  ["phone", 390, 844],
+  ["phone-across", 844, 390],
+] as const;
+
+for (const colorScheme of ["light", "dark"] as const) {
+  test(`the story fits laptop, tablet and phone, ${colorScheme}`, async ({ page }) => {
+    await page.emulateMedia({ colorScheme, reducedMotion: "reduce" });
+    await openAddress(page, "/");
+    for (const [size, width, height] of SIZES) {
+      await page.setViewportSize({ width, height });
+      for (const chapter of ["Five bodies", "Measure", "Compare"]) {
+        await page.getByRole("button", { name: chapter, exact: true }).click();
+        const count = chapter !== "Five bodies" ? 0 : size === "phone" ? 3 : 5;
+        await expect(page.locator("#names .name")).toHaveCount(count);
+        await page.waitForTimeout(500);
+        await picture(
+          page,
+          `story-${size}-${colorScheme}-${chapter.toLowerCase().replace(" ", "-")}`,
+        );
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+        expect(wide).toBeLessThanOrEqual(width);
+        for (const id of ["story-play", "chapter-look", "chapter-grab", "story-lab"]) {
+          const box = await page.locator(`#${id}`).boundingBox();
+          expect(box?.x).toBeGreaterThanOrEqual(0);
+          expect((box?.x ?? 0) + (box?.width ?? 0)).toBeLessThanOrEqual(width);
+          expect((box?.y ?? 0) + (box?.height ?? 0)).toBeLessThanOrEqual(height);
+        }
+      }
+    }
+  });
+}

@@ -1,0 +1,121 @@
+import traits from "virtual:traits";
+import type { Sex } from "./actors.js";
+import { lessMotion } from "./less-motion.js";
+import { likeliest } from "./likely.js";
+import type { Settings } from "./settings.js";
+
+/** The parts of the story that the page begins with, in order. */
+export const CHAPTERS = ["look", "ghost", "bodies", "grab"] as const;
+export type Chapter = (typeof CHAPTERS)[number];
+
+/** What is said beside the picture of each. */
+export const CHAPTER_TEXTS: Readonly<Record<Chapter, { title: string; line: string }>> = {
+  look: {
+    title: "Bodies are soft.",
+    line: "One body, one jump. The left half follows its bones; the right half has tissue that arrives late and swings.",
+  },
+  ghost: {
+    title: "How far it goes.",
+    line: "The line is where the skin would be without tissue, in millimetres from where it is.",
+  },
+  bodies: {
+    title: "Every body in its own time.",
+    line: "The same jump. How far the tissue goes and how long it swings depends on who jumps.",
+  },
+  grab: {
+    title: "Grab it.",
+    line: "Drag a ring and let go; on the keyboard, Tab to a ring and hold the arrow keys.",
+  },
+};
+
+/** One jump out of many, which begins where it ends: in flight after a push-off. Seconds of the motion. */
+export const JUMP = { tempoHz: 0.6, heightM: 0.28, fromSeconds: 2.85, periodSeconds: 1 / 0.6 };
+
+/** The landing, in seconds of the motion: the skin is farthest from plain skinning in it. */
+export const LANDING = { fromSeconds: 3.42, peakSeconds: 3.52, toSeconds: 3.72 };
+
+/** How fast the landing plays after the first, and how softly the clock goes over into that. */
+const SLOW_SPEED = 0.18;
+const EASE_SECONDS = 0.04;
+
+const smooth = (share: number) => {
+  const within = Math.max(0, Math.min(1, share));
+  return within * within * (3 - 2 * within);
+};
+
+/** Speed of the clock at a time of the motion: real time, and slow motion in landings after the first. */
+export function storySpeed(timeSeconds: number, round: number): number {
+  if (round === 0) return 1;
+  const inside =
+    smooth((timeSeconds - LANDING.fromSeconds) / EASE_SECONDS) *
+    smooth((LANDING.toSeconds - timeSeconds) / EASE_SECONDS);
+  return 1 - (1 - SLOW_SPEED) * inside;
+}
+
+/** How far through the landing a time is, 0 to 1. */
+export function landingShare(timeSeconds: number): number {
+  const { fromSeconds, toSeconds } = LANDING;
+  return Math.max(0, Math.min(1, (timeSeconds - fromSeconds) / (toSeconds - fromSeconds)));
+}
+
+/** Yaw and pitch (radians), distance and height (metres) of a chapter's camera. */
+const CAMERAS: Readonly<Record<Chapter, readonly [number, number, number, number]>> = {
+  look: [0.5, 0.02, 1.22, 1.12],
+  ghost: [0.78, 0.02, 1.22, 1.12],
+  bodies: [0.38, 0.06, 3.6, 0.86],
+  grab: [0.38, 0.06, 3.3, 0.88],
+};
+
+/** Weights of the bodies beside each other, in kilograms; a narrow picture has room for every second. */
+const WEIGHTS_KG: Readonly<Record<Sex, readonly number[]>> = {
+  female: [48, 57, 65, 74, 83],
+  male: [58, 67, 76, 86, 97],
+};
+
+/** The body that the story is told of. */
+const WEIGHT_KG: Readonly<Record<Sex, number>> = { female: 74, male: 86 };
+
+/** The likeliest body of a weight and the average stature and age. */
+export function shapeOfWeight(sex: Sex, weightKg: number): number[] {
+  const own = traits[sex];
+  return likeliest(
+    own.flatMap((trait) => {
+      if (trait.name === "weight") return [[trait, weightKg] as const];
+      return trait.name === "stature" || trait.name === "age" ? [[trait, trait.mean] as const] : [];
+    }),
+  );
+}
+
+/** The bodies that stand beside each other, and what they are called. */
+export function troupe(sex: Sex, isNarrow: boolean): { shape: number[]; label: string }[] {
+  return WEIGHTS_KG[sex]
+    .filter((_, idx) => !isNarrow || idx % 2 === 0)
+    .map((kg) => ({ shape: shapeOfWeight(sex, kg), label: `${kg} kg` }));
+}
+
+/** Whether a chapter plays the jump over and over. */
+export function isLoop(chapter: Chapter | null): boolean {
+  return chapter !== null && chapter !== "grab";
+}
+
+/** The settings of a chapter, as the Lab would have them. */
+export function chapterSettings(chapter: Chapter, sex: Sex): Partial<Settings> {
+  const still = lessMotion.matches && isLoop(chapter);
+  const hasTwo = chapter === "look" || chapter === "ghost";
+  return {
+    chapter,
+    shape: shapeOfWeight(sex, WEIGHT_KG[sex]),
+    ...(chapter === "grab"
+      ? { motion: "by-hand", tempoHz: null, heightM: null }
+      : { motion: "jump", tempoHz: JUMP.tempoHz, heightM: JUMP.heightM }),
+    clip: null,
+    layout: hasTwo ? "wipe" : chapter === "bodies" ? "side" : "one",
+    ...{ left: "linear", right: "dynaskin", third: null, fourth: null },
+    split: chapter === "ghost" ? 0 : 0.5,
+    ...{ clothes: "sportswear", strength: 1, tissue: { gain: {}, stiffness: {}, damping: {} } },
+    ...{ dynamics: true, heat: false, plots: false, hud: false, caption: false, speed: 1 },
+    camera: CAMERAS[chapter],
+    paused: still,
+    timeSeconds: still ? LANDING.peakSeconds : null,
+  };
+}
