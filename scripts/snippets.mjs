@@ -22,10 +22,12 @@ const SHARED = {
   skipLibCheck: true,
   noEmit: true,
   paths: Object.fromEntries(
-    ["female", "male"].map((name) => [
-      `dynaskin-${name}`,
-      [join(PACKAGES, `dynaskin-${name}`, "index.d.ts")],
-    ]),
+    ["female", "male"].flatMap((name) =>
+      ["index", "inline"].map((entry) => [
+        `dynaskin-${name}${entry === "index" ? "" : `/${entry}`}`,
+        [join(PACKAGES, `dynaskin-${name}`, `${entry}.d.ts`)],
+      ]),
+    ),
   ),
 };
 const STRICT = {

@@ -1,5 +1,6 @@
 // The page's end of a worker: calls and their answers, and when to give it up.
 import { DynaSkinError } from "../error.js";
+import type { StartWatch } from "./diagnosis.js";
 import type { Calls, Message, Request } from "./protocol.js";
 import { brokenWorker, silentWorker } from "./refusals.js";
 
@@ -37,17 +38,26 @@ export class Link {
   #lastId = 0;
   #timer: ReturnType<typeof setInterval> | null = null;
   #silentLooks = 0;
+  /** Until the worker says something. */
+  #watching: StartWatch | null;
   /** Why it is closed; a reason may be anything, also null. */
   #closed: { reason: unknown } | null = null;
 
   /** `onNews` is told how far the worker is; what it throws closes the link. */
-  constructor(worker: Worker, timeoutMs: number, onNews: (news: News) => void) {
+  constructor(
+    worker: Worker,
+    timeoutMs: number,
+    onNews: (news: News) => void,
+    watch: StartWatch | null = null,
+  ) {
     this.#worker = worker;
     this.#timeoutMs = timeoutMs;
-    worker.onerror = (event) => this.close(brokenWorker(event));
+    this.#watching = watch;
+    worker.onerror = (event) => this.#fail(event);
     worker.onmessageerror = (event) => this.close(brokenWorker(event));
     worker.onmessage = ({ data }: MessageEvent<Message>) => {
       this.#silentLooks = 0;
+      this.#endWatch();
       if (data.type === "progress" || data.type === "read") this.#report(onNews, data);
       else if (data.type !== "alive") this.#receive(data);
     };
@@ -87,12 +97,26 @@ export class Link {
   /** Ends the worker; who waits, and who asks from now on, gets `reason`. */
   close(reason: unknown): void {
     this.#closed ??= { reason };
+    this.#endWatch();
     if (this.#timer !== null) clearInterval(this.#timer);
     this.#timer = null;
     this.#worker.terminate();
     const waiting = [...this.#waiting.values()];
     this.#waiting.clear();
     for (const { reject } of waiting) reject(reason);
+  }
+
+  /** An error without a word, before the worker has said anything, is one of its start. */
+  #fail(event: ErrorEvent): void {
+    const watch = event.message ? null : this.#watching;
+    const broken = () => this.close(brokenWorker(event));
+    if (watch) watch.explain().then((reason) => this.close(reason), broken);
+    else broken();
+  }
+
+  #endWatch(): void {
+    this.#watching?.stop();
+    this.#watching = null;
   }
 
   #post(request: Request, transfer: Transferable[]): void {

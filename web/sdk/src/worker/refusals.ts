@@ -19,6 +19,14 @@ export function brokenWorker(reason: unknown, options?: ErrorOptions): DynaSkinE
       options,
     );
   }
+  if ((reason as { name?: unknown } | null)?.name === "SecurityError") {
+    return new DynaSkinError(
+      "worker",
+      "The worker's script comes from another origin than the page, which browsers refuse. Give createWorker: " +
+        `a worker of a blob that imports the script (docs/hosting.md). ${message}`,
+      options,
+    );
+  }
   return new DynaSkinError(
     "worker",
     "The worker could not be started, or stopped. The page's content security policy must allow " +

@@ -1,6 +1,7 @@
 // How a worker starts, with or without a model.
 import { checkCallback, checkSignal } from "../check.js";
 import { DynaSkinError } from "../error.js";
+import { StartWatch } from "./diagnosis.js";
 import { Link, type News } from "./link.js";
 import { brokenWorker, checkTimeout } from "./refusals.js";
 
@@ -56,7 +57,13 @@ export function checkThread(options: ThreadOptions): void {
 /** Starts a worker; `onNews` is told how far it is. */
 export function startThread(options: ThreadOptions, onNews: (news: News) => void): Link {
   const { createWorker, workerScript, timeoutMs = DEFAULT_TIMEOUT_MS } = options;
-  return new Link(startWorker(createWorker, workerScript), timeoutMs, onNews);
+  const watch = new StartWatch(workerScript === undefined ? null : String(workerScript));
+  try {
+    return new Link(startWorker(createWorker, workerScript), timeoutMs, onNews, watch);
+  } catch (error) {
+    watch.stop();
+    throw error;
+  }
 }
 
 /** Closes the link when the signal is aborted while `work` is being done. */
@@ -89,7 +96,7 @@ function startWorker(
   create: (() => Worker) | undefined,
   script: TrustedScriptAddress | undefined,
 ): Worker {
-  if (create) return create();
+  if (create) return made(create);
   if (typeof Worker !== "function") {
     throw new DynaSkinError("worker", "There are no web workers here; use load() instead.");
   }
@@ -99,6 +106,17 @@ function startWorker(
     return new Worker(new URL("./thread.js", import.meta.url), { type: "module" });
   } catch (cause) {
     throw brokenWorker(cause, { cause });
+  }
+}
+
+/** What the page's own function throws is the page's, but for what browsers refuse. */
+function made(create: () => Worker): Worker {
+  try {
+    return create();
+  } catch (cause) {
+    const { name, message } = (cause ?? {}) as { name?: unknown; message?: unknown };
+    const isRefused = name === "SecurityError" || /TrustedScript/.test(String(message));
+    throw isRefused ? brokenWorker(cause, { cause }) : cause;
   }
 }
 
