@@ -50,6 +50,11 @@ export class Capture {
     this.#start(new MediaRecorder(this.#canvas.captureStream(RECORDING_FPS), { mimeType: type }));
   }
 
+  /** Whether pictures are taken, of a body that stands still too. */
+  get isRecording(): boolean {
+    return this.#recorder !== null;
+  }
+
   /** Takes over a picture that has just been drawn, while recording. */
   afterDraw(): void {
     if (this.#recorder) this.#compose();

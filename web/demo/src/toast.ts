@@ -15,6 +15,11 @@ export function showNote(title: string, text: string): void {
   show("notes", title, text);
 }
 
+/** Takes away what was said of something that has been put right since. */
+export function dismissErrors(): void {
+  byId("errors").replaceChildren();
+}
+
 /** Errors interrupt a screen reader, notes wait for their turn. */
 function show(
   areaId: "errors" | "notes",
