@@ -104,7 +104,10 @@ export class App {
     addEventListener("blur", () => store.change({ held: null }));
     byId("caption-close").addEventListener("click", () => store.change({ caption: false }));
     this.#capture = new Capture(view, () => this.draw(0));
-    bindDialogs(() => codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null));
+    byId("share-clip").addEventListener("click", () => this.#saveClip());
+    bindDialogs(store, () =>
+      codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null),
+    );
     new BenchmarkDialog(store);
     this.#follow();
     this.#address = new Address(store, view.camera);
@@ -439,6 +442,7 @@ export class App {
     this.#address.rememberCamera(now);
     const isStill = this.#playback?.paused && !this.#isStale && !this.#view.isStale;
     if (isStill && !this.#capture.isRecording) return;
+    if (this.#capture.isFilming) return;
     // Below the story nobody sees the picture.
     if (state.chapter && scrollY > innerHeight) return;
     if (elapsed > 0) this.hud.addInterval(elapsed);
@@ -468,6 +472,18 @@ export class App {
     this.#handles.show(places[main] ?? [0, 0]);
     const crownsM = this.stage.crownsM(this.#playback?.avatars ?? []);
     this.#names.show(crownsM, places, elapsedSeconds);
+  }
+
+  /** Films what is on the screen, with its names. */
+  #saveClip(): void {
+    byId<HTMLDialogElement>("share-dialog").close();
+    const { chapter, shown } = this.store.state;
+    const names = shown.map(({ kind, label }) => label ?? actorLabel(kind));
+    const texts = {
+      names: chapter === "look" ? ["without tissue", "with tissue"] : names.slice(0, 2),
+      address: `dynaskin · ${location.host}${location.pathname}`,
+    };
+    void this.#capture.saveClip(texts, (seconds) => this.draw(seconds));
   }
 
   /** Advances by `elapsedSeconds` of real time and draws. */

@@ -318,5 +318,7 @@ export function writeSettings(settings: Readonly<Settings>): string {
     write(query, settings[name], settings);
   }
   if (!settings.chapter && readChapter(query)) query.set("lab", "1");
-  return query.size > 0 ? `?${query}` : "";
+  // Commas and colons may stand as they are, and read better.
+  const text = `${query}`.replaceAll("%2C", ",").replaceAll("%3A", ":");
+  return query.size > 0 ? `?${text}` : "";
 }

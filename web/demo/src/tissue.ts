@@ -26,6 +26,9 @@ export interface TissueSettings {
   tissue: TissueFactors;
 }
 
+/** How far neighbouring vertices may move against each other, as a share of what lies between them. */
+const MAX_STRAIN = 0.5;
+
 /** Where offsets end that are made larger than predicted, in centimetres: beyond, skin would fold. */
 const LIMITS_CM: Readonly<Record<RegionName, number>> = {
   chest: 8,
@@ -60,5 +63,7 @@ export function tuneTissue(avatar: Avatar, { preset, strength, tissue }: TissueS
     region.limitCm = limitCm(name, strength * factorOf("gain") * softened, region.limitCm);
   }
   avatar.setControls({ regions });
+  // What shape and sliders ask for together must not fold the skin.
+  avatar.maxStrain = MAX_STRAIN;
   avatar.strength = strength;
 }

@@ -1,5 +1,5 @@
 import { DynaSkinError } from "../error.js";
-import { type FileSource, readBytes } from "../source.js";
+import { type Download, type FileSource, openDownload, readBytes } from "../source.js";
 
 /** A WebAssembly file: where it is, its bytes, or the compiled module. */
 export type WasmSource = FileSource | WebAssembly.Module;
@@ -25,11 +25,31 @@ export async function compile(
     throw new DynaSkinError("wasm", "This browser has no WebAssembly, which dynaskin needs.");
   }
   if (source instanceof WebAssembly.Module) return source;
+  const download = canStream() ? await openDownload(source, options) : null;
+  if (download) return compileDownload(download, options);
   const bytes = await readBytes(source, options);
   try {
     return await WebAssembly.compile(bytes as Uint8Array<ArrayBuffer>);
   } catch (cause) {
-    throw new DynaSkinError("wasm", explain(cause, options.what, bytes), { cause });
+    throw new DynaSkinError("wasm", explain(cause, options.what, bytes[0]), { cause });
+  }
+}
+
+function canStream(): boolean {
+  return typeof WebAssembly.compileStreaming === "function" && typeof Response === "function";
+}
+
+/** Compiles while the file arrives, whatever type the server says that it has. */
+async function compileDownload(
+  download: Download,
+  { what }: CompileOptions,
+): Promise<WebAssembly.Module> {
+  const headers = { "content-type": "application/wasm" };
+  try {
+    return await WebAssembly.compileStreaming(new Response(download.body, { headers }));
+  } catch (cause) {
+    if (download.failure !== null) throw download.failure;
+    throw new DynaSkinError("wasm", explain(cause, what, download.firstByte), { cause });
   }
 }
 
@@ -41,7 +61,7 @@ const SIMD_PROBE = Uint8Array.of(
   ...[10, 8, 1, 6, 0, 65, 0, 253, 15, 11],
 );
 
-function explain(cause: unknown, what: string, bytes: Uint8Array): string {
+function explain(cause: unknown, what: string, firstByte: number | undefined): string {
   const reason = cause instanceof Error ? cause.message : String(cause);
   if (/unsafe-eval|Content Security Policy|disallowed by embedder/i.test(reason)) {
     return (
@@ -49,7 +69,7 @@ function explain(cause: unknown, what: string, bytes: Uint8Array): string {
       "Add 'wasm-unsafe-eval' to script-src."
     );
   }
-  if (bytes[0] === "<".charCodeAt(0)) {
+  if (firstByte === "<".charCodeAt(0)) {
     return (
       `Instead of ${what} the server sent a page of HTML, as it does for addresses it does not know. ` +
       "Check that the .wasm file is served, or hand it to load() as `wasm`."
