@@ -73,9 +73,12 @@ export async function measureBuild(folder) {
 }
 
 function filesIn(folder) {
-  return readdirSync(folder, { recursive: true })
-    .map((name) => join(folder, name))
-    .filter((path) => statSync(path).isFile());
+  return (
+    readdirSync(folder, { recursive: true })
+      .map((name) => join(folder, name))
+      // What lies packed beside a file is the same file.
+      .filter((path) => statSync(path).isFile() && extname(path) !== ".br")
+  );
 }
 
 /**

@@ -13,11 +13,16 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "#actor-left": ["compare", 'actor(page, "Left")'],
   "#actor-right": ["compare", 'actor(page, "Right")'],
   "#actor-third": ["controls", 'getByLabel("Third"'],
+  "#below-code": ["story", '"#below-code"'],
   "#benchmark-again": ["controls", '"Measure again"'],
   "#benchmark-copy": ["visitors", '"Copy as text"'],
   "#benchmark-holder": ["access", '"#benchmark-holder"'],
   "#benchmark-open": ["visitors", '"Run the benchmark on my machine"'],
   "#caption-close": ["controls", '"Close this caption"'],
+  "#chapter-bodies": ["story", '"Five bodies"'],
+  "#chapter-ghost": ["story", '"Measure"'],
+  "#chapter-grab": ["story", '"Grab it"'],
+  "#chapter-look": ["story", '"Compare"'],
   "#code-copy": ["compare", '"Copy the program"'],
   "#code-open": ["controls", '"Use it in ten lines"'],
   "#code-text": ["compare", '"#code-text"'],
@@ -32,6 +37,7 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "#hud-copy": ["demo", 'name: "Copy"'],
   "#hud-toggle": ["demo", '"Timings"'],
   "#keys-open": ["controls", '"Keys and gestures"'],
+  "#lab-leave": ["story", '"Back to the story"'],
   "#link-copy": ["compare", '"Link to this view"'],
   "#motion": ["demo", '{ name: "Motion" }'],
   "#name-left": ["compare", '"#name-left"'],
@@ -42,10 +48,17 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "#plots-toggle": ["compare", '"Plots"'],
   "#record": ["compare", '"Record"'],
   "#region": ["compare", '"Region of the plots"'],
+  "#share-clip": ["story", '"#share-clip"'],
+  "#share-code": ["story", '"#share-code"'],
+  "#share-link": ["story", '"#share-link"'],
+  "#share-picture": ["story", '"#share-picture"'],
   "#sheet-handle": ["demo", '"Show or hide the controls"'],
   "#shape-random": ["demo", '"Random body"'],
   "#shape-reset": ["demo", '"Average body"'],
   "#speed": ["demo", '"Playback speed"'],
+  "#story-lab": ["story", '"Lab"'],
+  "#story-play": ["story", '"Play"'],
+  "#story-share": ["story", '"Share"'],
   "#strength-all": ["demo", 'getByLabel("Strength")'],
   "#swap": ["compare", '"Swap sides"'],
   "#tempo": ["demo", 'getByLabel("Tempo")'],
@@ -61,6 +74,8 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "clothes=unsupported": ["compare", '"Unsupported"'],
   "heat-of=error": ["compare", 'getByText("Error")'],
   "heat-of=offset": ["controls", 'getByText("Offset"'],
+  "look=sculpture": ["story", '"Sculpture"'],
+  "look=skin": ["story", '"Skin and cloth"'],
   "layout=one": ["keys", '"One"'],
   "layout=side": ["keys", '"Side by side"'],
   "layout=wipe": ["compare", '"Divider"'],
@@ -72,9 +87,11 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "Close in #benchmark-dialog": ["controls", "DIALOGS"],
   "Close in #code-dialog": ["controls", "DIALOGS"],
   "Close in #copy-dialog": ["controls", "DIALOGS"],
+  "Close in #share-dialog": ["story", '"Close"'],
   "Close in #keys-dialog": ["controls", "DIALOGS"],
   "Close this message": ["trouble", '"Close this message"'],
   "Try again": ["conditions", '"Try again"'],
+  "a link": ["story", '"How to cite"'],
   "a name over an actor": ["keys", '"#names .name"'],
   "a region": ["demo", 'getByLabel("Belly")'],
   "a shape coefficient": ["demo", '"Shape 10"'],
@@ -96,6 +113,8 @@ function controlsOf(page: Page): Promise<string[]> {
       if (/^region-/.test(id)) return "a region";
       if (/^shape-\d+$/.test(id)) return "a shape coefficient";
       if (control.matches("#names .name")) return "a name over an actor";
+      // The page's text, which links to parts of itself and to what lies beside it.
+      if (control.closest(".links, .below") && control.matches("a, [role=region]")) return "a link";
       if (id) return `#${id}`;
       if (control.matches("input[type=radio]")) {
         const { name, value } = control as HTMLInputElement;

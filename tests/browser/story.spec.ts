@@ -1,7 +1,8 @@
 // What the page begins with: a body close by that lands, and the chapters after it.
+import { readFile } from "node:fs/promises";
 import { expect, type Page } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
-import { openAddress, picture, test, variation } from "./support.js";
+import { differing, openAddress, openDemo, picture, test, variation } from "./support.js";
 
 /** One picture of the story's own clock, so that a slow machine measures the same. */
 const PICTURE_SECONDS = 1 / 60;
@@ -140,6 +141,9 @@ test("below the picture: papers, results, licence and how to cite", async ({ pag
   await openAddress(page, "/?resolution=full");
   await page.getByRole("link", { name: "How to cite" }).click();
   await expect(page.getByText("@software{dynaskin")).toBeInViewport();
+  await page.locator("#below-code").click();
+  await expect(page.locator("#code-text")).toBeVisible();
+  await page.keyboard.press("Escape");
   const table = page.getByRole("table");
   await expect(table.getByRole("row")).toHaveCount(8);
   await expect(table.getByRole("rowheader", { name: /^dynaskin/ })).toBeVisible();
@@ -147,6 +151,65 @@ test("below the picture: papers, results, licence and how to cite", async ({ pag
     (await page.getByRole("link", { name: "female" }).getAttribute("href")) ?? "",
   );
   expect(card.ok()).toBe(true);
+});
+
+test("share: a film, a picture, a link and a program", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await page.setViewportSize({ width: 420, height: 360 });
+  await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
+  await openAddress(page, "/?chapter=grab");
+  const share = page.getByRole("dialog", { name: "Share" });
+  const open = () => page.getByRole("button", { name: "Share", exact: true }).click();
+  await open();
+  await share.getByRole("button", { name: "Close" }).click();
+  await expect(share).toBeHidden();
+  await open();
+  await page.locator("#share-link").click();
+  const link = await page.evaluate(() => navigator.clipboard.readText());
+  expect(link).toMatch(/\/\?chapter=grab$/);
+  await open();
+  await page.locator("#share-code").click();
+  await expect(page.locator("#code-text")).toBeVisible();
+  await page.keyboard.press("Escape");
+  await open();
+  const png = page.waitForEvent("download");
+  await page.locator("#share-picture").click();
+  expect((await png).suggestedFilename()).toBe("dynaskin.png");
+  await open();
+  const film = page.waitForEvent("download", { timeout: 240_000 });
+  await page.locator("#share-clip").click();
+  const saved = await film;
+  const bytes = await readFile(await saved.path());
+  const seen = await page.evaluate(
+    async ([base64, type]) => {
+      const video = document.createElement("video");
+      video.src = `data:${type};base64,${base64}`;
+      await new Promise((done, fail) => {
+        video.onloadeddata = done;
+        video.onerror = () => fail(new Error("the film cannot be played"));
+      });
+      return [video.videoWidth, video.videoHeight, video.duration];
+    },
+    [bytes.toString("base64"), saved.suggestedFilename().replace(/.*\./, "video/")],
+  );
+  console.log(`film: ${saved.suggestedFilename()}, ${bytes.length} bytes, ${seen.join(" ")}`);
+  if (saved.suggestedFilename().endsWith(".mp4")) {
+    expect(seen.slice(0, 2)).toEqual([720, 720]);
+    expect(seen[2]).toBeCloseTo(4, 1);
+  }
+});
+
+test("the body is plaster, or skin and cloth", async ({ reused: page }) => {
+  await openDemo(page, "?paused=1&motion=jump");
+  await page.evaluate(() => window.dynaskinDemo?.seek(0.2));
+  const plaster = await picture(page, "look-plaster");
+  await page.getByText("Skin and cloth").click();
+  await expect(page).toHaveURL(/look=skin/);
+  const skin = await picture(page, "look-skin");
+  expect(differing(plaster, skin)).toBeGreaterThan(0.1);
+  await page.getByText("Sculpture").click();
+  await expect(page).not.toHaveURL(/look=/);
+  expect(differing(plaster, await picture(page, "look-plaster-again"))).toBeLessThan(0.01);
 });
 
 const SIZES = [

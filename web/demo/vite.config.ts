@@ -93,6 +93,39 @@ function filledPage(): Plugin {
   };
 }
 
+/**
+ * Asks for all that the page needs as soon as its HTML is there: the script that would ask comes later. The
+ * body is that of the address.
+ */
+function preloads(): Plugin {
+  return {
+    name: "preloads",
+    apply: "build",
+    transformIndexHtml: {
+      order: "post",
+      handler(_html, { bundle }) {
+        const wasm = Object.keys(bundle ?? {}).filter((name) => name.endsWith(".wasm"));
+        const model = ["bundle.json", "body.glb", "predictor.onnx", "decoder.onnx"];
+        const begin =
+          "{ " +
+          "const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';" +
+          `for (const name of ${JSON.stringify(model)}) {` +
+          "const link = document.createElement('link');" +
+          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', href: `./${sex}/${name}` });" +
+          "document.head.append(link); } }";
+        return [
+          ...wasm.map((name) => ({
+            tag: "link",
+            attrs: { rel: "preload", as: "fetch", crossorigin: true, href: `./${name}` },
+            injectTo: "head-prepend" as const,
+          })),
+          { tag: "script", children: begin, injectTo: "head" as const },
+        ];
+      },
+    },
+  };
+}
+
 /** A module whose default export is made when the page is built. */
 function virtualModule(name: string, make: () => unknown): Plugin {
   const id = `\0${name}`;
@@ -143,6 +176,7 @@ export default defineConfig({
     virtualModule("virtual:sizes", measureFiles),
     wasmNotices(),
     filledPage(),
+    preloads(),
   ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },

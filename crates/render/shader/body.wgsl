@@ -1,7 +1,7 @@
 // Shades a skinned body: cloth and skin told apart by their painted colour, or the heat map.
 
 struct Material {
-    // Two linear colours that every vertex is a mixture of, where `two_tone` is 1.
+    // Two linear colours that every vertex is a mixture of, where `two_tone` is 1, or 2: plaster.
     first_linear: vec3<f32>,
     two_tone: u32,
     second_linear: vec3<f32>,
@@ -62,7 +62,10 @@ fn painted_surface(in: BodyVarying) -> Surface {
     let albedo = mix(material.first_linear, material.second_linear, second);
     let first_skin = skin_share(material.first_linear);
     let second_skin = skin_share(material.second_linear);
-    let into_cloth_m = past_edge_m * sign(first_skin - second_skin + 1e-6);
+    // Of plaster, the lighter one stands for skin.
+    let plaster_skin = material.first_linear.r - material.second_linear.r;
+    let skin_first = select(first_skin - second_skin, plaster_skin, material.two_tone == 2u);
+    let into_cloth_m = past_edge_m * sign(skin_first + 1e-6);
     // From afar the seam is fainter, not narrower than a pixel.
     let seam_m = max(0.0015, pixel_m);
     let seam = (1.0 - smoothstep(0.0, seam_m, abs(into_cloth_m - 0.006))) * 0.0015 / seam_m;
@@ -140,7 +143,7 @@ fn studio_light(in: BodyVarying, normal: vec3<f32>, view: vec3<f32>, skin_like: 
     let around = mix(vec3<f32>(1.0), SKIN_SHADE, skin_like) * (fill + ambient(normal)) * open;
     var light: Shading;
     light.diffuse = KEY_RADIANCE * wrapped(n_key, wrap) * key_seen
-        + RIM_RADIANCE * 0.35 * wrapped(dot(normal, frame.rim_world), vec3<f32>(0.0))
+        + RIM_RADIANCE * 0.55 * wrapped(dot(normal, frame.rim_world), vec3<f32>(0.0))
         + around;
     light.specular = KEY_RADIANCE * highlight(normal, view, frame.key_world, roughness, f0) * key_seen
         + FILL_RADIANCE * highlight(normal, view, frame.fill_world, roughness, f0)
@@ -160,7 +163,8 @@ fn fs_body(in: BodyVarying, @builtin(front_facing) front: bool) -> @location(0) 
     let inside = !front && dot(outward, view) < -0.25;
     let normal = select(outward, -outward, inside);
     let painted = painted_surface(in);
-    let texture = mix(knit(in.position_rest_m), 1.0, painted.skin_like);
+    let smooth_share = select(painted.skin_like, 1.0, material.two_tone == 2u);
+    let texture = mix(knit(in.position_rest_m), 1.0, smooth_share);
     let skin_like = select(painted.skin_like, 0.3, frame.heat_on == 1u);
     let light = studio_light(in, normal, view, skin_like);
 

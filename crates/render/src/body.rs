@@ -7,6 +7,7 @@ use glam::Mat4;
 use crate::{
     BodyMesh, Gpu, RenderError, SkinningPath, check,
     gpu_data::{JOINT_COUNT, MaterialUniform, SKIN_WORKGROUP, SkinUniform},
+    look::{Look, Looks},
     paint::{Hem, Paint},
     parts::{RestParts, WorldPart},
     pipelines::Pipelines,
@@ -38,6 +39,9 @@ pub(crate) struct Body {
     colors: wgpu::Buffer,
     /// Cut with the first surface: how far apart vertices are is not known before.
     hem: Option<Hem>,
+    material: wgpu::Buffer,
+    look: Look,
+    looks: Looks,
     joints: wgpu::Buffer,
     weights: wgpu::Buffer,
     matrices: wgpu::Buffer,
@@ -149,6 +153,7 @@ impl Body {
         };
 
         let paint = Paint::new(mesh);
+        let looks = Looks::new(mesh, &paint);
         gpu.queue
             .write_buffer(&material, 0, bytemuck::bytes_of(&paint.material));
         gpu.queue
@@ -166,6 +171,9 @@ impl Body {
             offset_sizes_m,
             colors,
             hem: paint.hem,
+            material,
+            look: Look::default(),
+            looks,
             joints,
             weights,
             matrices,
@@ -212,12 +220,18 @@ impl Body {
                 &self.sizes_scratch_m
             }
         };
-        queue.write_buffer(
-            &self.positions_rest_m,
-            0,
-            bytemuck::cast_slice(positions_rest_m),
-        );
-        queue.write_buffer(&self.normals_rest, 0, bytemuck::cast_slice(normals_rest));
+        let drawn = self.looks.drape(self.look).map(|drape| {
+            let mut drawn = (positions_rest_m.to_vec(), normals_rest.to_vec());
+            drape.apply(&mut drawn.0, &mut drawn.1);
+            drawn
+        });
+        let (positions_drawn_m, normals_drawn) = match &drawn {
+            Some((positions_m, normals)) => (positions_m.as_slice(), normals.as_slice()),
+            None => (positions_rest_m, normals_rest),
+        };
+        let positions_bytes = bytemuck::cast_slice(positions_drawn_m);
+        queue.write_buffer(&self.positions_rest_m, 0, positions_bytes);
+        queue.write_buffer(&self.normals_rest, 0, bytemuck::cast_slice(normals_drawn));
         queue.write_buffer(&self.offset_sizes_m, 0, bytemuck::cast_slice(sizes_m));
         if let Some(hem) = self.hem.take() {
             let still_m = without_offsets(positions_rest_m, offsets);
@@ -227,6 +241,13 @@ impl Body {
         self.stale = true;
         self.has_surface = true;
         Ok(())
+    }
+
+    /// Shows the body in another look: its colours at once, its surface with the next that it gets.
+    pub fn set_look(&mut self, queue: &wgpu::Queue, look: Look) {
+        self.look = look;
+        let material = self.looks.material(look);
+        queue.write_buffer(&self.material, 0, bytemuck::bytes_of(&material));
     }
 
     /// Uploads one frame's pose: per joint, rest pose to world.

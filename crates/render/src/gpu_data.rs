@@ -67,6 +67,12 @@ impl MaterialUniform {
         second_linear: [0.0; 3],
         hem_reach_m: 1.0,
     };
+
+    /// Whether the first of the two colours is the warmer one, as the shader tells skin from cloth.
+    pub fn first_is_skin(&self) -> bool {
+        let warmth = |[r, _, b]: [f32; 3]| (r - b) / r.max(1e-3);
+        warmth(self.first_linear) >= warmth(self.second_linear)
+    }
 }
 
 /// `SkinMatrices` of `shader/skin.wgsl`: column-major.

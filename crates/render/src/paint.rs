@@ -53,6 +53,20 @@ impl Hem {
 }
 
 impl Paint {
+    /// How much of each vertex is cloth; None where skin and cloth cannot be told apart, or once the hem
+    /// has been cut.
+    pub fn cloth_shares(&self) -> Option<Vec<f32>> {
+        let hem = self.hem.as_ref()?;
+        let of_cloth = |second: &f32| {
+            if self.material.first_is_skin() {
+                *second
+            } else {
+                1.0 - second
+            }
+        };
+        Some(hem.shares.iter().map(of_cloth).collect())
+    }
+
     /// The colours of `mesh`, plain where it has none.
     pub fn new(mesh: &BodyMesh<'_>) -> Self {
         let plain = |colors| Self {

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use glam::Mat4;
 
 use crate::{
-    BodyMesh, Camera, DeviceLost, Gpu, OffsetSizes, PixelSize, RenderError,
+    BodyMesh, Camera, DeviceLost, Gpu, Look, OffsetSizes, PixelSize, RenderError,
     body::Body,
     check,
     gpu_data::{DISC_SEGMENTS, FrameUniform, HEAT_STOPS, JOINT_COUNT},
@@ -274,6 +274,21 @@ impl Renderer {
             .get_mut(&id)
             .ok_or(RenderError::UnknownBody { id: id.0 })?;
         body.set_placement(queue, world_from_host)
+    }
+
+    /// Shows a body in another look: its colours at once, its surface with the next that it gets.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError::UnknownBody`].
+    pub fn set_look(&mut self, id: BodyId, look: Look) -> Result<(), RenderError> {
+        let queue = &self.gpu.queue;
+        let body = self
+            .bodies
+            .get_mut(&id)
+            .ok_or(RenderError::UnknownBody { id: id.0 })?;
+        body.set_look(queue, look);
+        Ok(())
     }
 
     /// Shows or hides a body.

@@ -7,8 +7,9 @@ use glam::{
 
 use crate::{Camera, gpu_data::MAX_OCCLUDERS, parts::WorldPart};
 
-/// Towards the key light, in the world: above, in front of the body, to its right.
-const KEY_WORLD: Vec3 = Vec3::new(-0.78, 1.0, 0.52);
+/// Towards the key light, in the world: above, in front of the body, a little to its right: on the side
+/// from which a body is usually looked at.
+const KEY_WORLD: Vec3 = Vec3::new(-0.30, 0.90, 0.80);
 
 /// Radius of the floor disc in metres.
 pub(crate) const FLOOR_RADIUS_M: f32 = 7.0;

@@ -25,6 +25,10 @@ pub const MIN_SCALE: f64 = 0.1;
 /// Largest scale of an avatar.
 pub const MAX_SCALE: f64 = 10.0;
 
+/// Smallest and largest limit of how far neighbouring vertices move against each other.
+const MIN_STRAIN: f32 = 0.05;
+const MAX_STRAIN: f32 = 4.0;
+
 /// What one step did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -50,6 +54,8 @@ pub struct Avatar {
     surface: Surface,
     revision: u32,
     controls: Controls,
+    /// See [`Avatar::set_max_strain`].
+    max_strain: Option<f32>,
     skin: SkinMatrices,
     skin_matrices: [Mat4; JOINT_COUNT],
     skinned_positions_m: Vec<Vec3>,
@@ -98,6 +104,7 @@ impl Avatar {
             timeline: Timeline::default(),
             soft,
             revision: 0,
+            max_strain: None,
             controls: Controls::default(),
             skin_matrices: skinning::matrices(&skin),
             skin,
@@ -222,6 +229,27 @@ impl Avatar {
         let mut controls = self.controls;
         controls.regions[region as usize].gain = gain;
         self.set_controls(&controls)
+    }
+
+    /// Limits how far neighbouring vertices of soft skin move against each other, as a share of what lies
+    /// between them; None, as at the start, for no limit. Below 1 no skin turns inside out along its
+    /// edges, whatever controls and shape ask for, and what is within the limit stays exactly as it is. What
+    /// is shown follows at once; no part of a saved state.
+    ///
+    /// # Errors
+    /// [`RuntimeError::InvalidControl`] outside 0.05..=4.
+    pub fn set_max_strain(&mut self, max_strain: Option<f32>) -> Result<(), RuntimeError> {
+        if let Some(got) = max_strain {
+            in_range("the largest strain", got, MIN_STRAIN, MAX_STRAIN)?;
+        }
+        self.max_strain = max_strain;
+        self.apply();
+        Ok(())
+    }
+
+    /// The limit of [`Self::set_max_strain`].
+    pub fn max_strain(&self) -> Option<f32> {
+        self.max_strain
     }
 
     /// Makes the avatar `scale` times as large as its body; the world's metre stays. All
@@ -522,6 +550,14 @@ impl Avatar {
                 soft.tissue.shown_m(),
                 &soft.vertex_controls,
             );
+            if let Some(max_strain) = self.max_strain {
+                self.surface.hold_together(
+                    self.model.topology(),
+                    self.model.guard(),
+                    &self.shaped.surface,
+                    max_strain,
+                );
+            }
         }
     }
 

@@ -15,7 +15,7 @@ use crate::measure;
 use crate::networks::{Decoder, Networks, Predictor, Sessions};
 use crate::shapes::{ShapedModel, Shapes};
 use crate::state::Fingerprint;
-use crate::surface::{RestSurface, Topology};
+use crate::surface::{Guard, RestSurface, Topology};
 use crate::tissue::{Filters, Mode, RestTissue};
 
 /// A body and, once loaded, the networks that move its soft tissue. Immutable; avatars share it
@@ -26,6 +26,8 @@ pub struct Model {
     /// None where the body is plainly skinned.
     soft: Option<SoftModel>,
     topology: Topology,
+    /// Made with the first avatar that asks for it.
+    guard: OnceLock<Guard>,
     shapes: Shapes,
 }
 
@@ -113,6 +115,7 @@ impl Model {
         }
         Ok(Self {
             topology: Topology::new(&body, &bundle.vertices),
+            guard: OnceLock::new(),
             body,
             soft: Some(SoftModel {
                 networks: Networks {
@@ -130,6 +133,7 @@ impl Model {
     pub fn body_only(body: Arc<BodyModel>) -> Self {
         Self {
             topology: Topology::new(&body, &[]),
+            guard: OnceLock::new(),
             body,
             soft: None,
             shapes: Shapes::default(),
@@ -154,6 +158,17 @@ impl Model {
     /// What moves the soft tissue; none where the body is plainly skinned.
     pub(crate) fn soft(&self) -> Option<&SoftModel> {
         self.soft.as_ref()
+    }
+
+    /// The edges of its soft skin.
+    pub(crate) fn guard(&self) -> &Guard {
+        self.guard.get_or_init(|| {
+            let mut soft = vec![false; self.body.vertex_count()];
+            for &vertex in self.soft_vertices() {
+                soft[vertex as usize] = true;
+            }
+            Guard::new(&self.body.faces, &soft)
+        })
     }
 
     pub(crate) fn topology(&self) -> &Topology {

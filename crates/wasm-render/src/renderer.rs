@@ -1,7 +1,7 @@
 //! The renderer as JavaScript sees it.
 
 use dynaskin_render::{
-    Background, BodyId, BodyMesh, Camera, Frame, OffsetSizes, PixelSize, Renderer as Inner,
+    Background, BodyId, BodyMesh, Camera, Frame, Look, OffsetSizes, PixelSize, Renderer as Inner,
     heat_ramp_srgb,
 };
 use glam::{Mat4, Vec3};
@@ -142,6 +142,14 @@ impl Renderer {
             .map_err(|_| wrong_length("the placement", 16, world_from_host.len()))?;
         self.inner
             .set_body_placement(BodyId::from_index(id), Mat4::from_cols_array(columns))
+            .map_err(from_render)
+    }
+
+    /// Shows a body as matt plaster or as painted, and its clothes as cloth that spans or as paint.
+    pub fn set_look(&mut self, id: u32, sculpture: bool, draped: bool) -> Result<(), JsValue> {
+        let look = Look { sculpture, draped };
+        self.inner
+            .set_look(BodyId::from_index(id), look)
             .map_err(from_render)
     }
 

@@ -205,6 +205,25 @@ impl CoreAvatar {
             .map_err(Thrown::from)?)
     }
 
+    /// The largest strain between neighbouring vertices; undefined without a limit.
+    #[wasm_bindgen(getter, js_name = maxStrain)]
+    pub fn max_strain(&self) -> Option<f32> {
+        self.avatar.borrow().max_strain()
+    }
+
+    /// Limits the strain between neighbouring vertices; undefined: not at all.
+    ///
+    /// # Errors
+    /// Throws `argument`.
+    #[wasm_bindgen(setter, js_name = maxStrain)]
+    pub fn set_max_strain(&mut self, max_strain: Option<f32>) -> Result<(), JsValue> {
+        Ok(self
+            .avatar
+            .borrow_mut()
+            .set_max_strain(max_strain)
+            .map_err(Thrown::from)?)
+    }
+
     /// Sets the factor on the offsets of the region number `region`.
     ///
     /// # Errors

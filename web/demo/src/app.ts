@@ -1,4 +1,4 @@
-import { type Avatar, Motion } from "dynaskin";
+import { type Avatar, Motion, type Pose } from "dynaskin";
 import { actorLabel, type Slot } from "./actors.js";
 import { Address } from "./address.js";
 import { BenchmarkDialog } from "./benchmark-dialog.js";
@@ -18,8 +18,10 @@ import { Hud } from "./hud.js";
 import { jointNames } from "./joint-names.js";
 import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
+import { checkKind } from "./motion-kind.js";
 import type { MotionName } from "./motions.js";
 import { Names } from "./names.js";
+import { START_YAW_RADIANS } from "./orbit.js";
 import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
@@ -39,7 +41,7 @@ import {
   wantedActors,
 } from "./state.js";
 import { Story } from "./story.js";
-import { showError } from "./toast.js";
+import { dismissErrors, showError } from "./toast.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
 
@@ -102,7 +104,10 @@ export class App {
     addEventListener("blur", () => store.change({ held: null }));
     byId("caption-close").addEventListener("click", () => store.change({ caption: false }));
     this.#capture = new Capture(view, () => this.draw(0));
-    bindDialogs(() => codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null));
+    byId("share-clip").addEventListener("click", () => this.#saveClip());
+    bindDialogs(store, () =>
+      codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null),
+    );
     new BenchmarkDialog(store);
     this.#follow();
     this.#address = new Address(store, view.camera);
@@ -237,19 +242,33 @@ export class App {
         throw new Error(`It has ${(file.size / 1e6).toFixed(0)} MB; the page reads up to 64 MB.`);
       }
       const bytes = new Uint8Array(await file.arrayBuffer());
+      checkKind(file.name, bytes);
       if (!this.#playback)
         throw new Error("The body is still being loaded. Try again in a moment.");
       const motion = Motion.fromFile(bytes, this.#playback.avatar);
+      this.#story.leave();
+      dismissErrors();
       this.#playback.setMotion(motion);
+      this.#turnToFace(this.#playback.pose);
       this.#program.setFile({ name: file.name, bytes });
       wait(this.store, { motion: false });
       showFileReport(file.name, motion);
       leaveClip(this.store);
       this.#announce();
+      byId("file-report").scrollIntoView({ block: "nearest" });
     } catch (error) {
+      this.#story.leave();
       showFileProblem(file.name, error, await jointNames(file));
+      byId("file-report").scrollIntoView({ block: "nearest" });
       showError(`${file.name} cannot be played`, error);
     }
+  }
+
+  /** Looks at a body from where its face is, as at the start: a file may begin with its back to the camera. */
+  #turnToFace(pose: Pose): void {
+    const [x = 0, y = 0, z = 0, w = 1] = pose.subarray(3, 7);
+    const facing = Math.atan2(2 * (x * z + w * y), 1 - 2 * (x * x + y * y));
+    this.#view.camera.yawRadians = START_YAW_RADIANS + facing;
   }
 
   /** Makes the motion anew and jumps, if controls asked for that: sliders ask more often than pictures. */
@@ -421,7 +440,11 @@ export class App {
     this.hud.show(now);
     this.stage.traces.show(now);
     this.#address.rememberCamera(now);
-    if (this.#playback?.paused && !this.#isStale && !this.#view.isStale) return;
+    const isStill = this.#playback?.paused && !this.#isStale && !this.#view.isStale;
+    if (isStill && !this.#capture.isRecording) return;
+    if (this.#capture.isFilming) return;
+    // Below the story nobody sees the picture.
+    if (state.chapter && scrollY > innerHeight) return;
     if (elapsed > 0) this.hud.addInterval(elapsed);
     try {
       this.draw(elapsed / 1000);
@@ -449,6 +472,18 @@ export class App {
     this.#handles.show(places[main] ?? [0, 0]);
     const crownsM = this.stage.crownsM(this.#playback?.avatars ?? []);
     this.#names.show(crownsM, places, elapsedSeconds);
+  }
+
+  /** Films what is on the screen, with its names. */
+  #saveClip(): void {
+    byId<HTMLDialogElement>("share-dialog").close();
+    const { chapter, shown } = this.store.state;
+    const names = shown.map(({ kind, label }) => label ?? actorLabel(kind));
+    const texts = {
+      names: chapter === "look" ? ["without tissue", "with tissue"] : names.slice(0, 2),
+      address: `dynaskin · ${location.host}${location.pathname}`,
+    };
+    void this.#capture.saveClip(texts, (seconds) => this.draw(seconds));
   }
 
   /** Advances by `elapsedSeconds` of real time and draws. */

@@ -1,10 +1,11 @@
-import traits, { type Trait } from "virtual:traits";
+import traits from "virtual:traits";
 import { checkRadio } from "./controls.js";
 import { byId } from "./dom.js";
+import { moveTrait, randomShape, type Trait, withinBound } from "./likely.js";
 import { SHAPE_LIMIT } from "./settings.js";
 import { createSlider, fillSliders, type Slider } from "./slider.js";
 import { chooseBody, type PageStore } from "./state.js";
-import { traitOf, withTrait } from "./traits.js";
+import { traitOf } from "./traits.js";
 
 const LABELS: Record<Trait["name"], string> = {
   stature: "Stature",
@@ -40,13 +41,13 @@ export class BodyPanel {
         label: `Shape ${idx + 1}`,
         ...{ min: -SHAPE_LIMIT, max: SHAPE_LIMIT, step: 0.1, value: 0 },
         format: (beta) => `${signed(beta)} σ`,
-        onInput: (beta) => this.#setShape(state.shape.with(idx, beta)),
+        onInput: (beta) => this.#setShape(withinBound(state.shape.with(idx, beta))),
       }),
     );
     fillSliders("shape-coefficients", this.#coefficients);
     byId("shape-reset").addEventListener("click", () => this.#setShape(state.shape.map(() => 0)));
     byId("shape-random").addEventListener("click", () =>
-      this.#setShape(state.shape.map(randomNormal)),
+      this.#setShape(randomShape(traits[state.sex])),
     );
     this.#makeTraits();
     store.on(
@@ -92,7 +93,8 @@ export class BodyPanel {
       this.#moving = { name: trait.name, from: this.#store.state.shape };
     }
     this.#isMoving = true;
-    this.#store.change({ shape: withTrait(trait, this.#moving.from, value) });
+    const kept = traits[this.#store.state.sex].filter(({ name }) => name === "stature");
+    this.#store.change({ shape: moveTrait(this.#moving.from, trait, value, kept) });
     this.#isMoving = false;
   }
 
@@ -110,11 +112,4 @@ export class BodyPanel {
       slider.set(shape[idx] ?? 0);
     });
   }
-}
-
-/** A standard normal number (Box and Muller 1958), within the sliders' range. */
-function randomNormal(): number {
-  const radius = Math.sqrt(-2 * Math.log(1 - Math.random()));
-  const value = radius * Math.cos(2 * Math.PI * Math.random());
-  return Math.round(Math.max(-2.5, Math.min(2.5, value)) * 10) / 10;
 }

@@ -18,6 +18,8 @@ export class ByHand implements Playable {
   readonly durationSeconds = Number.POSITIVE_INFINITY;
   readonly #puppet: Puppet;
   #timeSeconds = 0;
+  /** Whether another motion has taken its place, which a hand on a ring learns of with the next picture. */
+  #isGone = false;
 
   constructor(avatar: Avatar) {
     this.#puppet = new Puppet(avatar);
@@ -37,15 +39,16 @@ export class ByHand implements Playable {
 
   /** Holds a part and pulls it from where it stands, in metres along the world's axes. */
   hold(grip: Grip, pullM: readonly number[]): void {
-    this.#puppet.hold(grip, pullM);
+    if (!this.#isGone) this.#puppet.hold(grip, pullM);
   }
 
   /** Lets go. */
   release(): void {
-    this.#puppet.release();
+    if (!this.#isGone) this.#puppet.release();
   }
 
   dispose(): void {
+    this.#isGone = true;
     this.#puppet.dispose();
   }
 }

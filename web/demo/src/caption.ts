@@ -6,8 +6,18 @@ import { heldOut } from "./measured.js";
 import type { Settings } from "./settings.js";
 import type { Shown } from "./state.js";
 
-/** Where the difference is to be looked for. */
-const WHERE = "Watch chest, belly, buttocks and thighs as the feet land.";
+/** Where the difference is to be looked for, by what moves. */
+function whereOf({ motion, clip }: Readonly<Settings>): string {
+  if (clip !== null) return "Watch chest, belly, buttocks and thighs as the feet land.";
+  const where: Partial<Record<Settings["motion"], string>> = {
+    "by-hand": "Watch chest and belly as you let go.",
+    twist: "Watch belly and chest where the turn goes back.",
+    "shake-hips": "Watch buttocks, belly and thighs where the hips turn back.",
+    walk: "Watch thighs and buttocks with each step.",
+    "run-in-place": "Watch chest, thighs and calves with each step.",
+  };
+  return where[motion] ?? "Watch chest, belly, buttocks and thighs as the feet land.";
+}
 
 /**
  * Says what differs between the actors on the screen, and what the networks of dynaskin (null while they
@@ -45,7 +55,9 @@ interface Difference {
 
 const keys = (names: string) => create("span", { className: "keys", textContent: ` (${names})` });
 
-function differenceOf({ layout }: Readonly<Settings>, kinds: readonly ActorKind[]): Difference {
+function differenceOf(settings: Readonly<Settings>, kinds: readonly ActorKind[]): Difference {
+  const { layout } = settings;
+  const where = whereOf(settings);
   const [first = "", second = ""] = kinds;
   if (kinds.length === 1) {
     const hold =
@@ -59,10 +71,10 @@ function differenceOf({ layout }: Readonly<Settings>, kinds: readonly ActorKind[
   if (kinds.length === 2 && first === "linear" && second === "dynaskin") {
     const text =
       "On the left it only follows the bones; on the right dynaskin lets the soft tissue lag, swing and settle.";
-    return { title: "One motion, two skins.", text, where: WHERE, hold };
+    return { title: "One motion, two skins.", text, where, hold };
   }
   const count = ["two", "three", "four"][kinds.length - 2] ?? "some";
-  return { title: "One motion,", text: `${count} ways to move the skin.`, where: WHERE, hold };
+  return { title: "One motion,", text: `${count} ways to move the skin.`, where, hold };
 }
 
 function learned(bundle: Bundle): string {

@@ -1,9 +1,11 @@
+import { type ClipTexts, makeClip } from "./clip.js";
 import { byId } from "./dom.js";
 import { showError, showNote } from "./toast.js";
 import type { View } from "./view.js";
 
 const RECORDING_FPS = 30;
 const LONGEST_RECORDING_SECONDS = 20;
+const CLIP_SECONDS = 4;
 const TYPES = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
 
 /** Pictures and short recordings of what the canvases show. */
@@ -13,6 +15,7 @@ export class Capture {
   readonly #canvas = document.createElement("canvas");
   #recorder: MediaRecorder | null = null;
   #stopTimer = 0;
+  #isFilming = false;
 
   /** `redraw` draws a picture at once, since a canvas keeps none for later. */
   constructor(view: View, redraw: () => void) {
@@ -31,8 +34,32 @@ export class Capture {
     else showError("No picture was made", new Error("The browser gave no PNG of the canvas."));
   }
 
+  /**
+   * Saves a square film of four seconds as MP4: `advance` moves the page on by so many seconds and draws. Where
+   * the browser cannot make one, a recording begins that ends by itself.
+   */
+  async saveClip(texts: ClipTexts, advance: (seconds: number) => void): Promise<void> {
+    if (this.#isFilming || this.#recorder) return;
+    this.#isFilming = true;
+    showNote("Filming", "Four seconds, picture by picture. The film is saved when it is done.");
+    try {
+      const clip = await makeClip(this.#view, texts, advance);
+      if (clip) save(clip, "dynaskin.mp4");
+      else this.toggleRecording(CLIP_SECONDS);
+    } catch (error) {
+      showError("No film was made", error);
+    } finally {
+      this.#isFilming = false;
+    }
+  }
+
+  /** Whether a film is being made, whose clock is its own. */
+  get isFilming(): boolean {
+    return this.#isFilming;
+  }
+
   /** Begins a recording, or ends it and saves it as WebM. */
-  toggleRecording(): void {
+  toggleRecording(longestSeconds = LONGEST_RECORDING_SECONDS): void {
     if (this.#recorder) {
       this.#recorder.stop();
       return;
@@ -47,7 +74,13 @@ export class Capture {
     }
     this.#redraw();
     this.#compose();
-    this.#start(new MediaRecorder(this.#canvas.captureStream(RECORDING_FPS), { mimeType: type }));
+    const stream = this.#canvas.captureStream(RECORDING_FPS);
+    this.#start(new MediaRecorder(stream, { mimeType: type }), longestSeconds);
+  }
+
+  /** Whether pictures are taken, of a body that stands still too. */
+  get isRecording(): boolean {
+    return this.#recorder !== null;
   }
 
   /** Takes over a picture that has just been drawn, while recording. */
@@ -55,7 +88,7 @@ export class Capture {
     if (this.#recorder) this.#compose();
   }
 
-  #start(recorder: MediaRecorder): void {
+  #start(recorder: MediaRecorder, longestSeconds: number): void {
     const parts: Blob[] = [];
     recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
     recorder.addEventListener("stop", () => {
@@ -68,9 +101,9 @@ export class Capture {
     recorder.start();
     this.#recorder = recorder;
     this.#showRecording(true);
-    showNote("Recording", `Press again to stop; it ends after ${LONGEST_RECORDING_SECONDS} s.`);
+    showNote("Recording", `Press again to stop; it ends after ${longestSeconds} s.`);
     const stop = () => recorder.state === "recording" && recorder.stop();
-    this.#stopTimer = window.setTimeout(stop, LONGEST_RECORDING_SECONDS * 1000);
+    this.#stopTimer = window.setTimeout(stop, longestSeconds * 1000);
   }
 
   #showRecording(on: boolean): void {

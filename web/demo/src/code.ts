@@ -1,7 +1,8 @@
 import { type Controls, REGION_NAMES } from "dynaskin";
 import { actorLabel, isMethod } from "./actors.js";
 import { findMotion, motionOptions } from "./motions.js";
-import { type Settings, TISSUE_PROPERTIES } from "./settings.js";
+import type { Settings } from "./settings.js";
+import { TISSUE_PROPERTIES } from "./tissue.js";
 
 /** What plays instead of the settings' motion, if anything does. */
 export interface PlayedInstead {

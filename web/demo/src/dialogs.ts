@@ -1,12 +1,14 @@
 import { copyText } from "./clipboard.js";
 import { letDialogsClose } from "./close-dialogs.js";
 import { byId } from "./dom.js";
+import { motionLabel } from "./motions.js";
+import type { PageStore } from "./state.js";
 
 /**
  * The overlays: keys, and the settings as code, which `code` gives when it is opened. All dialogs of the
  * page close by their button, by Escape and by a click beside them.
  */
-export function bindDialogs(code: () => string): void {
+export function bindDialogs(store: PageStore, code: () => string): void {
   const keys = byId<HTMLDialogElement>("keys-dialog");
   const program = byId<HTMLDialogElement>("code-dialog");
   byId("keys-open").addEventListener("click", () => keys.showModal());
@@ -21,10 +23,16 @@ export function bindDialogs(code: () => string): void {
     if (await copyText(text, "The program is on the clipboard.")) program.close();
   });
   byId("link-copy").addEventListener("click", () => {
-    void copyText(location.href, "The link to this very view is on the clipboard.");
+    const { file, motion } = store.state;
+    const note = file
+      ? `${file.name} stays on this computer: the link on the clipboard plays ${motionLabel(motion)} instead.`
+      : "The link to this very view is on the clipboard.";
+    void copyText(location.href, note);
   });
   const share = byId<HTMLDialogElement>("share-dialog");
-  byId("story-share").addEventListener("click", () => share.showModal());
+  byId("story-share").addEventListener("click", () => {
+    share.showModal();
+  });
   for (const [id, original] of [
     ["share-link", "link-copy"],
     ["share-picture", "picture"],

@@ -38,6 +38,7 @@ export class Layer {
   onRecovered: () => void = () => {};
   #shown: Body | null = null;
   #bodies: BodyHandle[] = [];
+  #sculpture = true;
   /** The screen's pixels a CSS pixel that the picture has been made for. */
   #pixelRatio = 0;
 
@@ -86,7 +87,14 @@ export class Layer {
     const before = this.#bodies;
     this.#bodies = Array.from({ length: count }, () => this.renderer.addBody(body));
     this.#shown = body;
+    this.setLook(this.#sculpture);
     for (const handle of before) handle.remove();
+  }
+
+  /** Shows the bodies as matt plaster, or as they are painted; clothes span either way. */
+  setLook(sculpture: boolean): void {
+    this.#sculpture = sculpture;
+    for (const handle of this.#bodies) handle.setLook({ sculpture, draped: true });
   }
 
   /** Hands the present surfaces of all actors to the graphics card. */

@@ -1,4 +1,16 @@
-import type { Trait } from "virtual:traits";
+/** One attribute of a body's shape, as `dynaskin body build` writes it. */
+export interface Trait {
+  name: "stature" | "weight" | "chest" | "muscle" | "age";
+  /** `cm`, `kg`, `%` or `years`. */
+  unit: string;
+  /** Value of the average body. */
+  mean: number;
+  range: [low: number, high: number];
+  /** Change of the value with each shape coefficient. */
+  per_coefficient: number[];
+  /** Change of the coefficients that raises the value by 1. */
+  coefficients_per_unit: number[];
+}
 
 /**
  * Largest distance of a body from the average one, in standard deviations over all coefficients together

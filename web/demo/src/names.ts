@@ -3,7 +3,7 @@ import { byId, create } from "./dom.js";
 import { bindHold } from "./hold.js";
 import type { Place } from "./layer.js";
 import type { Shown } from "./state.js";
-import type { View } from "./view.js";
+import { coveredPixels, type View } from "./view.js";
 
 /** How high over the top of a head its name hangs, in metres. */
 const OVER_HEAD_M = 0.1;
@@ -103,9 +103,13 @@ export class Names {
     const widthPx = Math.max(LEAST_WIDTH_PX, roomPx - GAP_PX);
     const isBelowTitle = over.some(({ xPx }) => xPx - widthPx / 2 < this.#title.right);
     const highestPx = (isBelowTitle ? this.#title.bottom : 0) + BELOW_EDGE_PX;
-    for (const [idx, { xPx, yPx }] of over.entries()) {
+    const freePx = innerWidth - coveredPixels().right;
+    for (const [idx, { xPx: headPx, yPx }] of over.entries()) {
       const element = this.#element(idx);
       if (!element) continue;
+      // Not under the panel, as far as there is room beside it.
+      const half = element.offsetWidth / 2;
+      const xPx = Math.max(half, Math.min(headPx, freePx - half));
       const bottomPx = Math.max(highestPx, yPx);
       // Where it has no room over the head, the name of one alone would cover the face for nothing.
       const isLost = this.#shown.length === 1 && bottomPx > yPx + LOST_PX;

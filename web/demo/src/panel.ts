@@ -13,7 +13,7 @@ import {
   motionLabel,
 } from "./motions.js";
 import { createSlider, fillSliders, type Slider, showFill } from "./slider.js";
-import { type PageStore, swapFirstTwo, wait } from "./state.js";
+import { type PageStore, showsError, swapFirstTwo, wait } from "./state.js";
 import { TissuePanel } from "./tissue-panel.js";
 import { clipLabel, clipNamesOf } from "./truth.js";
 
@@ -34,6 +34,9 @@ export interface PanelActions {
 const FILE_MOTION = "file:";
 /** Begins the values of the list's entries for ground-truth clips. */
 const CLIP_MOTION = "clip:";
+
+/** The buttons that Space is not meant for once they have been clicked. */
+const TAKES_SPACE = "#panel button, #transport button, #story button";
 
 /** The keys that the story has. */
 const STORY_KEYS = [" ", ".", "a", "b", "r", "p", "v", "u", "?"];
@@ -66,6 +69,9 @@ export class Panel {
     byId("dynamics-note").textContent = dynamics
       ? "on: the network moves the skin"
       : "off: plain skinning";
+    byId("heat-note").textContent = showsError(this.#store.state)
+      ? "distance from ground truth"
+      : "distance from plain skinning";
     byId("legend").hidden = !heat;
     byId("hud").hidden = !hud;
     const play = byId("play");
@@ -237,6 +243,11 @@ export class Panel {
       if (!action) return;
       event.preventDefault();
       action();
+    });
+    // A button that was clicked would take the next Space for itself; one that Tab came to keeps it.
+    addEventListener("click", (event) => {
+      const button = (event.target as HTMLElement).closest<HTMLElement>(TAKES_SPACE);
+      if (event.detail > 0) button?.blur();
     });
     addEventListener("keyup", (event) => {
       if (["a", "b"].includes(event.key.toLowerCase())) hold(null);

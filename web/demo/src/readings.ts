@@ -25,6 +25,7 @@ export function showReadings(store: PageStore, { view, names, wipe, traces }: Re
     drawLegend(shown);
     view.setHeat(state.heat ? HEAT_SCALES[shown].rangeMm : null);
   });
+  store.show(() => view.setLook(state.look === "sculpture"));
   store.show(() => {
     const { left, right, held, shown } = state;
     if (shown.length > 0) names.label(isMoved(state));

@@ -2,8 +2,10 @@ import { REGION_NAMES, type RegionName, SHAPE_LENGTH } from "dynaskin";
 import { type ActorKind, actorsOf, type Sex } from "./actors.js";
 import { CHAPTERS, type Chapter, chapterSettings } from "./chapters.js";
 import { lessMotion } from "./less-motion.js";
+import { withinBound } from "./likely.js";
 import * as link from "./link.js";
 import { findMotion, MOTION_NAMES, type MotionName } from "./motions.js";
+import { STRENGTH, TISSUE_FACTORS, type TissueFactors } from "./tissue.js";
 import { clipNamesOf } from "./truth.js";
 
 /** The playback speeds that can be chosen. */
@@ -16,27 +18,8 @@ export type Layout = (typeof LAYOUTS)[number];
 /** A landing of the usual jump: what a page that may not move shows of it. */
 const LANDING_SECONDS = 1.85;
 
-/** Lowest, usual and highest factor on all offsets; four times is the most that the core takes. */
-export const STRENGTH = [0, 1, 4] as const;
-
 /** Largest size of a shape coefficient, in standard deviations. */
 export const SHAPE_LIMIT = 3;
-
-/** What of a region can be changed: the offsets' size, and how stiff and how damped its tissue is. */
-export const TISSUE_PROPERTIES = ["gain", "stiffness", "damping"] as const;
-export type TissueProperty = (typeof TISSUE_PROPERTIES)[number];
-
-/** Lowest, usual and highest factor on each. */
-export const TISSUE_FACTORS: Record<TissueProperty, readonly [number, number, number]> = {
-  gain: [0, 1, 2],
-  stiffness: [0.25, 1, 4],
-  damping: [0.25, 1, 4],
-};
-
-/** Factors on the tissue of regions, where they are not 1. */
-export type TissueFactors = Readonly<
-  Record<TissueProperty, Readonly<Partial<Record<RegionName, number>>>>
->;
 
 /** Everything a link to the page can carry. */
 export interface Settings {
@@ -71,6 +54,8 @@ export interface Settings {
   split: number;
   /** What the body wears: sportswear holds chest and hips. */
   clothes: "sportswear" | "unsupported";
+  /** What it is made of: matt plaster, or skin and cloth. */
+  look: "sculpture" | "skin";
   /** Whether the plots are shown. */
   plots: boolean;
   /** The region that the plots are about. */
@@ -153,7 +138,16 @@ const BACKENDS = ["auto", "webgpu", "webgl2"] as const;
 const RESOLUTIONS = ["adaptive", "full"] as const;
 const SEXES = ["female", "male"] as const;
 const CLOTHES = ["sportswear", "unsupported"] as const;
+const LOOKS = ["sculpture", "skin"] as const;
 const AVERAGE: readonly number[] = new Array<number>(SHAPE_LENGTH).fill(0);
+
+const anyShape = link.numbers<Settings>("shape", AVERAGE, SHAPE_LIMIT);
+
+/** A link's body is a likely one, too. */
+const likelyShape: link.Codec<readonly number[], Settings> = {
+  ...anyShape,
+  read: (query, all) => withinBound(anyShape.read(query, all)),
+};
 
 /**
  * The settings, in the order of the link. A link is read in the same order: what stands further up is
@@ -172,7 +166,7 @@ export const SETTINGS: { readonly [Name in keyof Settings]: Setting<Settings[Nam
     link: link.word("sex", "female", () => SEXES),
     affects: ["actors"],
   },
-  shape: { usual: AVERAGE, link: link.numbers("shape", AVERAGE, SHAPE_LIMIT), affects: ["shape"] },
+  shape: { usual: AVERAGE, link: likelyShape, affects: ["shape"] },
   motion: { usual: "jump", link: link.word("motion", "jump", () => MOTION_NAMES) },
   tempoHz: {
     usual: null,
@@ -205,6 +199,12 @@ export const SETTINGS: { readonly [Name in keyof Settings]: Setting<Settings[Nam
     usual: "sportswear",
     link: link.word("clothes", "sportswear", () => CLOTHES),
     affects: ["tissue"],
+  },
+  look: {
+    usual: "sculpture",
+    link: link.word("look", "sculpture", () => LOOKS),
+    control: { kind: "radios", id: "look" },
+    values: LOOKS,
   },
   plots: {
     usual: false,
@@ -318,5 +318,7 @@ export function writeSettings(settings: Readonly<Settings>): string {
     write(query, settings[name], settings);
   }
   if (!settings.chapter && readChapter(query)) query.set("lab", "1");
-  return query.size > 0 ? `?${query}` : "";
+  // Commas and colons may stand as they are, and read better.
+  const text = `${query}`.replaceAll("%2C", ",").replaceAll("%3A", ":");
+  return query.size > 0 ? `?${text}` : "";
 }

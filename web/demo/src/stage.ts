@@ -1,4 +1,4 @@
-import { type Avatar, REGION_NAMES } from "dynaskin";
+import type { Avatar } from "dynaskin";
 import { SLOTS } from "./actors.js";
 import type { Cast } from "./cast.js";
 import type { Appearance, Place } from "./layer.js";
@@ -6,8 +6,8 @@ import { RegionMeasures } from "./measures.js";
 import { START_YAW_RADIANS } from "./orbit.js";
 import type { AfterStep } from "./playing.js";
 import type { Program } from "./program.js";
-import { TISSUE_PROPERTIES } from "./settings.js";
 import { aloneOf, isPlain, type PageStore, type Shown, showsError } from "./state.js";
+import { tuneTissue } from "./tissue.js";
 import { type Sample, Traces } from "./traces.js";
 
 /** What is shown lies a tick behind the skeleton, so ground truth is shown and compared there, too. */
@@ -76,18 +76,12 @@ export class Stage {
   tune(avatar: Avatar): void {
     const { state } = this.#store;
     const { clothes, clip, dynamics, strength, tissue } = state;
-    avatar.setControls(clip === null && clothes === "sportswear" ? clothes : "as-predicted");
-    const { regions } = avatar.controls;
-    for (const region of REGION_NAMES) {
-      for (const property of TISSUE_PROPERTIES) {
-        const value = regions[region][property] * (tissue[property][region] ?? 1);
-        // Firm clothes over stiff tissue would leave the range that the core takes.
-        regions[region][property] = property === "gain" ? value : Math.min(10, value);
-      }
-    }
-    avatar.setControls({ regions });
-    // The networks run on, so that both states of the same moment can be compared.
-    avatar.strength = dynamics && !isPlain(state) ? strength : 0;
+    tuneTissue(avatar, {
+      preset: clip === null && clothes === "sportswear" ? clothes : "as-predicted",
+      // The networks run on, so that both states of the same moment can be compared.
+      strength: dynamics && !isPlain(state) ? strength : 0,
+      tissue,
+    });
   }
 
   /** Shows ground truth where it is an actor, and measures all actors. */

@@ -159,6 +159,8 @@ function withTruth(state: Readonly<State>): Partial<Settings> {
   const shared = layout === "one" ? ({ layout: isNarrow ? "wipe" : "side" } as const) : {};
   const divided = (shared.layout ?? layout) === "wipe";
   if (divided || isNarrow) return { ...shared, left: "truth" };
+  // Nobody whom the visitor has chosen leaves for it.
+  if (third !== null && state.fourth !== null) return shared;
   return { ...shared, [third === null ? "third" : "fourth"]: "truth" };
 }
 

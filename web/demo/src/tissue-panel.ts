@@ -1,8 +1,9 @@
 import { REGION_NAMES, type RegionName } from "dynaskin";
 import { byId } from "./dom.js";
-import { STRENGTH, TISSUE_FACTORS, type TissueFactors, type TissueProperty } from "./settings.js";
+
 import { createSlider, fillSliders, type Slider } from "./slider.js";
 import type { PageStore } from "./state.js";
+import { STRENGTH, TISSUE_FACTORS, type TissueFactors, type TissueProperty } from "./tissue.js";
 
 const percent = (value: number) => `${Math.round(value * 100)} %`;
 const times = (octaves: number) => `× ${(2 ** octaves).toFixed(2)}`;

@@ -22,6 +22,11 @@ export function showNote(title: string, text: string, action?: Action): void {
   show("notes", title, text, action);
 }
 
+/** Takes away what was said of something that has been put right since. */
+export function dismissErrors(): void {
+  byId("errors").replaceChildren();
+}
+
 /** Errors interrupt a screen reader, notes wait for their turn. */
 function show(areaId: "errors" | "notes", title: string, text: string, action?: Action): void {
   const close = create("button", { className: "close", type: "button", textContent: "✕" });

@@ -28,6 +28,8 @@ export class Traces {
   #hasTruth = false;
   #drawnAt = 0;
   #dirty = false;
+  /** The ink that the plots are drawn with; style sheets may come after this script. */
+  #ink = "";
 
   constructor() {
     this.#build();
@@ -66,6 +68,7 @@ export class Traces {
   /** Draws what has been added, at most some ten times a second. */
   show(nowMs: number): void {
     if (!this.#dirty || byId("plots").hidden || nowMs - this.#drawnAt < REDRAW_MS) return;
+    if (colour("--muted") !== this.#ink) this.#build();
     this.#drawnAt = nowMs;
     this.#dirty = false;
     const times = this.#samples.map(({ timeSeconds }) => timeSeconds);
@@ -103,6 +106,7 @@ export class Traces {
   #build(): void {
     for (const { plot } of this.#plots) plot.destroy();
     this.#plots.length = 0;
+    this.#ink = colour("--muted");
     for (const key of ["heightMm", "errorMm"] as const) {
       const holder = byId(key === "heightMm" ? "plot-height" : "plot-error");
       const axis = {

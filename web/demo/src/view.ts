@@ -60,6 +60,7 @@ export class View {
   #opening: Promise<Layer> | null = null;
   #shown: Body | null = null;
   #heatRangeMm: number | null = null;
+  #sculpture = true;
   /** Share of the canvas, from its left edge, that shows the left actor. */
   #leftShare = 0;
   /** Everything the last picture depended on, apart from the bodies. */
@@ -118,6 +119,7 @@ export class View {
     this.#left = layer;
     layer.onRecovered = () => this.#forgetPicture();
     layer.renderer.setHeatMap(this.#heatRangeMm);
+    layer.setLook(this.#sculpture);
     if (this.#shown) layer.setBodies(this.#shown, 1);
     this.setLeftShare(this.#leftShare);
   }
@@ -135,6 +137,14 @@ export class View {
     this.#heatRangeMm = rangeMm;
     this.#main.renderer.setHeatMap(rangeMm);
     this.#left?.renderer.setHeatMap(rangeMm);
+  }
+
+  /** Shows the bodies as matt plaster, or as they are painted. */
+  setLook(sculpture: boolean): void {
+    this.#sculpture = sculpture;
+    this.#main.setLook(sculpture);
+    this.#left?.setLook(sculpture);
+    this.#drawn = "";
   }
 
   /** Gives the left actor a share of the canvas, from its left edge. */

@@ -5,20 +5,7 @@ declare module "virtual:methods" {
 }
 
 declare module "virtual:traits" {
-  /** One attribute of a body's shape, as `dynaskin body build` writes it. */
-  export interface Trait {
-    name: "stature" | "weight" | "chest" | "muscle" | "age";
-    /** `cm`, `kg`, `%` or `years`. */
-    unit: string;
-    /** Value of the average body. */
-    mean: number;
-    range: [low: number, high: number];
-    /** Change of the value with each shape coefficient. */
-    per_coefficient: number[];
-    /** Change of the coefficients that raises the value by 1. */
-    coefficients_per_unit: number[];
-  }
-  const traits: Record<"female" | "male", readonly Trait[]>;
+  const traits: Record<"female" | "male", readonly import("./likely.js").Trait[]>;
   export default traits;
 }
 

@@ -252,6 +252,23 @@ export class Avatar {
   }
 
   /**
+   * How far neighbouring vertices of soft skin may move against each other, as a share of what lies between
+   * them, 0.05 to 4; null, as at the start, for any distance. With 0.6 no skin folds or turns inside out,
+   * whatever controls and shape ask for, and skin within the limit stays exactly as it is. Takes effect at
+   * once, costs a fraction of a step, and is no part of a saved state. Other numbers throw `argument`.
+   */
+  get maxStrain(): number | null {
+    return this.#core.guard(() => this.raw.maxStrain ?? null);
+  }
+
+  set maxStrain(share: number | null) {
+    if (share !== null) checkNumber("maxStrain", share);
+    this.#core.guard(() => {
+      this.raw.maxStrain = share ?? undefined;
+    });
+  }
+
+  /**
    * Factor on the offsets of one region, blended at its border; 1 is as predicted.
    *
    * @throws DynaSkinError `argument` for an unknown region or a factor outside 0 to 4

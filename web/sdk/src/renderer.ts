@@ -153,6 +153,17 @@ export interface Placement {
   readonly turnRadians?: number;
 }
 
+/** How a body is shown. */
+export interface Look {
+  /** Matt plaster and a head without features, instead of skin and cloth as painted; false by default. */
+  readonly sculpture?: boolean;
+  /**
+   * Painted clothes span hollows and rises of the skin instead of following each; false by default. The
+   * picture then leaves the avatar's own surface by up to a few millimetres under the clothes.
+   */
+  readonly draped?: boolean;
+}
+
 /** Column-major matrix of a placement: a turn about +Y, then a shift. */
 function placementMatrix({ positionM = [0, 0, 0], turnRadians = 0 }: Placement): Float32Array {
   const [x, y, z] = positionM;
@@ -368,6 +379,7 @@ export class BodyHandle {
   #id: number | null = null;
   #surface: Surface | null = null;
   #placement: Placement = {};
+  #look: Look = {};
   #isVisible = true;
   #isRemoved = false;
 
@@ -390,6 +402,7 @@ export class BodyHandle {
     );
     this.setPlacement(this.#placement);
     this.setVisible(this.#isVisible);
+    this.setLook(this.#look);
     try {
       if (this.#surface) this.update(this.#surface);
     } catch {
@@ -425,6 +438,13 @@ export class BodyHandle {
   setPlacement(placement: Placement): void {
     this.#call((raw, id) => raw.set_body_placement(id, placementMatrix(placement)));
     this.#placement = placement;
+  }
+
+  /** Shows it in another look: its colours at once, its surface with the next {@link update}. */
+  setLook(look: Look): void {
+    const { sculpture = false, draped = false } = look;
+    this.#call((raw, id) => raw.set_look(id, sculpture, draped));
+    this.#look = look;
   }
 
   /** Shows or hides it. */

@@ -48,7 +48,8 @@ export class ProgressSum {
   }
 }
 
-interface ReadOptions {
+/** @internal */
+export interface ReadOptions {
   /** What the file is, for error messages: `the body`. */
   what: string;
   /** Size over which the file is refused, and a download stopped. */
@@ -106,18 +107,93 @@ async function open(address: string, { what, signal }: ReadOptions): Promise<Res
   }
 }
 
+/**
+ * A download that somebody else reads, such as the browser's compiler while it arrives.
+ *
+ * @internal
+ */
+export interface Download {
+  /** The bytes, counted as they are read. */
+  body: ReadableStream<Uint8Array>;
+  /** The file's first byte, once it has come. */
+  readonly firstByte: number | undefined;
+  /** Why the download broke off; null as long as it has not. */
+  readonly failure: unknown;
+}
+
+/**
+ * Begins to download a file for somebody else to read; null for what is no download.
+ *
+ * @throws DynaSkinError `fetch` where the server has no such file.
+ * @internal
+ */
+export async function openDownload(
+  source: FileSource,
+  options: ReadOptions,
+): Promise<Download | null> {
+  const isResponse = typeof Response !== "undefined" && source instanceof Response;
+  const isAddress = typeof source === "string" || source instanceof URL;
+  if ((!isResponse && !isAddress) || String(source).startsWith("file:")) return null;
+  options.signal?.throwIfAborted();
+  const response = isResponse ? source : await open(String(source), options);
+  const address = isResponse ? source.url || options.what : String(source);
+  checkAnswer(response, address, options);
+  if (!response.body || response.bodyUsed) return null;
+  return countedDownload(response, response.body, address, options);
+}
+
+function countedDownload(
+  response: Response,
+  stream: ReadableStream<Uint8Array>,
+  address: string,
+  { what, signal, onProgress }: ReadOptions,
+): Download {
+  const announced = Number(response.headers.get("content-length")) || 0;
+  const reader = stream.getReader();
+  let loaded = 0;
+  const state: { firstByte: number | undefined; failure: unknown } = {
+    firstByte: undefined,
+    failure: null,
+  };
+  const pull = async (controller: ReadableStreamDefaultController<Uint8Array>) => {
+    try {
+      const { done, value } = await reader.read();
+      if (done) {
+        controller.close();
+        return;
+      }
+      state.firstByte ??= value[0];
+      loaded += value.length;
+      onProgress?.(loaded, announced);
+      controller.enqueue(value);
+    } catch (cause) {
+      const message = `The download of ${what} from ${address} broke off.`;
+      state.failure = signal?.aborted
+        ? signal.reason
+        : new DynaSkinError("fetch", message, { cause });
+      reader.cancel().catch(() => {});
+      controller.error(state.failure);
+    }
+  };
+  const body = new ReadableStream<Uint8Array>({ pull, cancel: (why) => reader.cancel(why) });
+  return Object.assign(state, { body });
+}
+
+function checkAnswer({ ok, status }: Response, address: string, { what }: ReadOptions): void {
+  if (ok) return;
+  throw new DynaSkinError(
+    "fetch",
+    `Could not download ${what} from ${address}: the server answered ${status}.`,
+  );
+}
+
 async function readResponse(
   response: Response,
   address: string,
   options: ReadOptions,
 ): Promise<Uint8Array> {
   const { what, signal, onProgress } = options;
-  if (!response.ok) {
-    throw new DynaSkinError(
-      "fetch",
-      `Could not download ${what} from ${address}: the server answered ${response.status}.`,
-    );
-  }
+  checkAnswer(response, address, options);
   const announced = Number(response.headers.get("content-length")) || 0;
   const chunks: Uint8Array[] = [];
   let loaded = 0;

@@ -1,5 +1,6 @@
 //! The deformed rest surface: offsets scattered over the body's vertices, and normals.
 
+mod guard;
 mod normals;
 mod offsets;
 mod pairs;
@@ -12,6 +13,7 @@ use std::cell::RefCell;
 use glam::{Vec3, Vec3A};
 use wide::bytemuck::{cast_slice, cast_slice_mut};
 
+pub(crate) use guard::Guard;
 use normals::NormalsRoom;
 pub(crate) use normals::Topology;
 pub(crate) use vertex_controls::{VertexControls, vertex_controls};
@@ -97,6 +99,24 @@ impl Surface {
                 &mut positions_m[numbers],
             );
             first += run.len();
+        }
+        self.update_normals(topology, rest);
+    }
+
+    /// Limits how far neighbouring vertices move against each other; see [`Guard::limit`].
+    pub fn hold_together(
+        &mut self,
+        topology: &Topology,
+        guard: &Guard,
+        rest: &RestSurface,
+        max_strain: f32,
+    ) {
+        if !guard.limit(&rest.positions_m, &mut self.offsets_m, max_strain) {
+            return;
+        }
+        let still = rest.positions_m.iter().zip(&self.offsets_m);
+        for (position_m, (still_m, offset_m)) in self.positions_m.iter_mut().zip(still) {
+            *position_m = *still_m + *offset_m;
         }
         self.update_normals(topology, rest);
     }

@@ -1,5 +1,5 @@
 import { DynaSkinError } from "../error.js";
-import { addressOf, type FileSource, isWebPage, readBytes } from "../source.js";
+import { addressOf, type Download, type FileSource, isWebPage, openDownload, readBytes } from "../source.js";
 
 /** A WebAssembly file: where it is, its bytes, or the compiled module. */
 export type WasmSource = FileSource | WebAssembly.Module;
@@ -25,13 +25,32 @@ export async function compile(
     throw new DynaSkinError("wasm", "This browser has no WebAssembly, which dynaskin needs.");
   }
   if (source instanceof WebAssembly.Module) return source;
+  const download = canStream() ? await openDownload(source, options) : null;
+  if (download) return compileDownload(download, source, options);
   const bytes = await readBytes(source, options);
   try {
     return await WebAssembly.compile(bytes as Uint8Array<ArrayBuffer>);
   } catch (cause) {
-    throw new DynaSkinError("wasm", explain(cause, options.what, bytes, addressOf(source)), {
-      cause,
-    });
+    throw refusal(cause, options.what, isWebPage(bytes), source);
+  }
+}
+
+function canStream(): boolean {
+  return typeof WebAssembly.compileStreaming === "function" && typeof Response === "function";
+}
+
+/** Compiles while the file arrives, whatever type the server says that it has. */
+async function compileDownload(
+  download: Download,
+  source: WasmSource,
+  { what }: CompileOptions,
+): Promise<WebAssembly.Module> {
+  const headers = { "content-type": "application/wasm" };
+  try {
+    return await WebAssembly.compileStreaming(new Response(download.body, { headers }));
+  } catch (cause) {
+    if (download.failure !== null) throw download.failure;
+    throw refusal(cause, what, isWebPage(Uint8Array.of(download.firstByte ?? 0)), source);
   }
 }
 
@@ -43,12 +62,12 @@ const SIMD_PROBE = Uint8Array.of(
   ...[10, 8, 1, 6, 0, 65, 0, 253, 15, 11],
 );
 
-function explain(
-  cause: unknown,
-  what: string,
-  bytes: Uint8Array,
-  address: string | null,
-): string {
+function refusal(cause: unknown, what: string, isPage: boolean, source: WasmSource): DynaSkinError {
+  const address = addressOf(source);
+  return new DynaSkinError("wasm", explain(cause, what, isPage, address), { cause });
+}
+
+function explain(cause: unknown, what: string, isPage: boolean, address: string | null): string {
   const reason = cause instanceof Error ? cause.message : String(cause);
   if (/unsafe-eval|Content Security Policy|disallowed by embedder/i.test(reason)) {
     return (
@@ -56,7 +75,7 @@ function explain(
       "Add 'wasm-unsafe-eval' to script-src."
     );
   }
-  if (isWebPage(bytes)) {
+  if (isPage) {
     return (
       `There is a web page where ${what} should be${address ? `: ${address}` : ""}. ` +
       "Check that the .wasm file is served, or hand it to load() as `wasm`."

@@ -1,0 +1,168 @@
+//! Cloth spans what lies under it: clothes that are only painted on would show every hollow and every
+//! small rise of the skin.
+//!
+//! The painted surface is averaged with its neighbours, in the rest pose, so many times that what is
+//! smaller than a few centimetres goes and the body's form stays. Skin beside the cloth holds the hem.
+
+use glam::Vec3;
+
+/// How often each vertex is moved towards its neighbours, and how far of the way.
+const ROUNDS: usize = 18;
+const STEP: f32 = 0.65;
+
+/// A part of a surface that is smoothed whenever it is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Drape {
+    /// The vertices that move, and how much of the way.
+    movers: Vec<(u32, f32)>,
+    /// Where the neighbours of mover i begin; `[movers + 1]`.
+    starts: Vec<usize>,
+    neighbours: Vec<u32>,
+    /// Triangles that have a mover among their corners.
+    faces: Vec<[u32; 3]>,
+}
+
+impl Drape {
+    /// For `shares` of vertices (`[V]`, 0..=1: how much of the smoothing they take) and `faces` (`[F][3]`
+    /// flattened, indices below V); None where nothing is to be smoothed.
+    pub fn new(shares: &[f32], faces: &[u32]) -> Option<Self> {
+        let mut sets: Vec<Vec<u32>> = vec![Vec::new(); shares.len()];
+        let mut touched = Vec::new();
+        for face in faces.as_chunks::<3>().0 {
+            if face.iter().all(|&corner| shares[corner as usize] <= 0.0) {
+                continue;
+            }
+            touched.push(*face);
+            for &corner in face {
+                let others = face.iter().filter(|&&other| other != corner);
+                sets[corner as usize].extend(others);
+            }
+        }
+        let mut drape = Self {
+            movers: Vec::new(),
+            starts: vec![0],
+            neighbours: Vec::new(),
+            faces: touched,
+        };
+        for (vertex, (mut set, &share)) in sets.into_iter().zip(shares).enumerate() {
+            if share <= 0.0 || set.is_empty() {
+                continue;
+            }
+            set.sort_unstable();
+            set.dedup();
+            drape.movers.push((vertex as u32, share));
+            drape.neighbours.extend(set);
+            drape.starts.push(drape.neighbours.len());
+        }
+        (!drape.movers.is_empty()).then_some(drape)
+    }
+
+    /// Smooths positions (metres) and renews the normals (unit) where they moved; `[V][3]` flattened.
+    pub fn apply(&self, positions_m: &mut [f32], normals: &mut [f32]) {
+        let places = positions_m.as_chunks_mut::<3>().0;
+        let mut moved: Vec<Vec3> = Vec::with_capacity(self.movers.len());
+        for _ in 0..ROUNDS {
+            moved.clear();
+            moved.extend(self.movers.iter().zip(self.starts.windows(2)).map(
+                |(&(vertex, share), range)| {
+                    let around = &self.neighbours[range[0]..range[1]];
+                    let sum: Vec3 = around
+                        .iter()
+                        .map(|&other| Vec3::from(places[other as usize]))
+                        .sum();
+                    let place = Vec3::from(places[vertex as usize]);
+                    place + (sum / around.len() as f32 - place) * STEP * share
+                },
+            ));
+            // After all have been read: left and right would differ otherwise.
+            for (&(vertex, _), place) in self.movers.iter().zip(&moved) {
+                places[vertex as usize] = place.to_array();
+            }
+        }
+        self.renew_normals(places, normals.as_chunks_mut::<3>().0);
+    }
+
+    /// The triangles' normals, weighted by their areas, at the vertices that moved.
+    fn renew_normals(&self, places: &[[f32; 3]], normals: &mut [[f32; 3]]) {
+        let mut sums = vec![Vec3::ZERO; places.len()];
+        for face in &self.faces {
+            let [a, b, c] = face.map(|corner| Vec3::from(places[corner as usize]));
+            let doubled = (b - a).cross(c - a);
+            for &corner in face {
+                sums[corner as usize] += doubled;
+            }
+        }
+        for &(vertex, share) in &self.movers {
+            let before = Vec3::from(normals[vertex as usize]);
+            let after = sums[vertex as usize].try_normalize().unwrap_or(before);
+            let mixed = before.lerp(after, share).try_normalize().unwrap_or(after);
+            normals[vertex as usize] = mixed.to_array();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 41;
+
+    /// A square sheet of vertices 8 mm apart, with a rise of 12 mm as wide as a fingertip in its middle.
+    fn sheet() -> (Vec<f32>, Vec<f32>, Vec<u32>) {
+        let middle = (SIDE / 2) as f32;
+        let mut positions_m = Vec::new();
+        for row in 0..SIDE {
+            for column in 0..SIDE {
+                let away = (row as f32 - middle).hypot(column as f32 - middle);
+                let rise_m = 0.012 * (-(away / 1.4).powi(2)).exp();
+                positions_m.extend([0.008 * column as f32, 0.008 * row as f32, rise_m]);
+            }
+        }
+        let mut faces = Vec::new();
+        for row in 0..SIDE - 1 {
+            for column in 0..SIDE - 1 {
+                let at = (row * SIDE + column) as u32;
+                let above = at + SIDE as u32;
+                faces.extend([at, at + 1, above, at + 1, above + 1, above]);
+            }
+        }
+        let normals = [0.0, 0.0, 1.0].repeat(SIDE * SIDE);
+        (positions_m, normals, faces)
+    }
+
+    #[test]
+    fn a_small_rise_under_cloth_is_gone_from_surface_and_normals() {
+        let (mut positions_m, mut normals, faces) = sheet();
+        let drape = Drape::new(&vec![1.0; SIDE * SIDE], &faces).unwrap();
+        drape.apply(&mut positions_m, &mut normals);
+        let inner = |idx: usize| {
+            let (row, column) = (idx / SIDE, idx % SIDE);
+            (8..SIDE - 8).contains(&row) && (8..SIDE - 8).contains(&column)
+        };
+        for (idx, place) in positions_m.as_chunks::<3>().0.iter().enumerate() {
+            assert!(place[2] < 0.0025, "{idx}: {place:?}");
+        }
+        for (idx, normal) in normals.as_chunks::<3>().0.iter().enumerate() {
+            assert!(!inner(idx) || normal[2] > 0.99, "{idx}: {normal:?}");
+        }
+    }
+
+    #[test]
+    fn skin_stays_where_it_is() {
+        let (before, normals_before, faces) = sheet();
+        let (mut positions_m, mut normals) = (before.clone(), normals_before.clone());
+        let half: Vec<f32> = (0..SIDE * SIDE)
+            .map(|idx| if idx % SIDE < SIDE / 2 { 0.0 } else { 1.0 })
+            .collect();
+        let drape = Drape::new(&half, &faces).unwrap();
+        drape.apply(&mut positions_m, &mut normals);
+        for (idx, &share) in half.iter().enumerate() {
+            if share == 0.0 {
+                let range = 3 * idx..3 * idx + 3;
+                assert_eq!(positions_m[range.clone()], before[range.clone()]);
+                assert_eq!(normals[range.clone()], normals_before[range]);
+            }
+        }
+        assert_eq!(Drape::new(&vec![0.0; SIDE * SIDE], &faces), None);
+    }
+}

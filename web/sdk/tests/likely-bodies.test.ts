@@ -1,0 +1,193 @@
+// What the demo's sliders can reach: bodies that people have, and tissue that neither tears nor folds.
+import { readFileSync } from "node:fs";
+import { Motion, POSE_LENGTH, type ProceduralName, REGION_NAMES } from "dynaskin";
+import { describe, expect, test } from "vitest";
+import {
+  LIKELY_RADIUS,
+  likeliest,
+  moveTrait,
+  randomShape,
+  type Trait,
+} from "../../demo/src/likely.js";
+import {
+  STRENGTH,
+  TISSUE_FACTORS,
+  type TissueProperty,
+  type TissueSettings,
+  tuneTissue,
+} from "../../demo/src/tissue.js";
+import { loadModel, modelFolder } from "./support.js";
+
+const TRAITS = JSON.parse(readFileSync(new URL("traits.json", modelFolder()), "utf8")) as Trait[];
+const trait = (name: Trait["name"]) => {
+  const found = TRAITS.find((each) => each.name === name);
+  if (!found) throw new Error(`traits.json has no ${name}`);
+  return found;
+};
+const traitValue = ({ mean, per_coefficient }: Trait, shape: readonly number[]) =>
+  per_coefficient.reduce((sum, step, idx) => sum + step * (shape[idx] ?? 0), mean);
+
+/** The same numbers in every run (Mulberry32). */
+function seeded(seed: number): () => number {
+  let state = seed;
+  return () => {
+    state = (state + 0x6d2b79f5) | 0;
+    let bits = Math.imul(state ^ (state >>> 15), 1 | state);
+    bits = (bits + Math.imul(bits ^ (bits >>> 7), 61 | bits)) ^ bits;
+    return ((bits ^ (bits >>> 14)) >>> 0) / 2 ** 32;
+  };
+}
+
+describe("likely bodies", () => {
+  test("the likeliest body has the values and no other is nearer to the average", () => {
+    const wanted = [
+      [trait("weight"), 74],
+      [trait("stature"), 170],
+      [trait("age"), 30],
+    ] as const;
+    const shape = likeliest(wanted);
+    for (const [each, value] of wanted) expect(traitValue(each, shape)).toBeCloseTo(value, 3);
+    // Along any direction that keeps the three values, both ways lead away from the average.
+    const random = seeded(5);
+    for (let round = 0; round < 50; round += 1) {
+      const other = likeliest([...wanted, [trait("chest"), 80 + 30 * random()]]);
+      expect(Math.hypot(...other)).toBeGreaterThanOrEqual(Math.hypot(...shape) - 1e-9);
+    }
+  });
+
+  test("a slider moves to likely bodies, keeps the stature, and stops at the bound", () => {
+    const random = seeded(7);
+    for (let round = 0; round < 300; round += 1) {
+      const from = randomShape(TRAITS, random);
+      const moved = TRAITS[Math.floor(random() * TRAITS.length)] ?? trait("weight");
+      const [low, high] = moved.range;
+      const value = low + (high - low) * random();
+      const to = moveTrait(from, moved, value, [trait("stature")]);
+      expect(Math.hypot(...to)).toBeLessThanOrEqual(LIKELY_RADIUS + 1e-9);
+      if (moved.name !== "stature" && Math.hypot(...to) < LIKELY_RADIUS - 1e-6) {
+        expect(to[0]).toBeCloseTo(from[0] ?? 0, 6);
+        expect(traitValue(moved, to)).toBeCloseTo(value, 3);
+      }
+      const beyond = moveTrait(from, moved, high + 10 * (high - low), [trait("stature")]);
+      expect(Math.hypot(...beyond)).toBeLessThanOrEqual(LIKELY_RADIUS + 1e-9);
+    }
+  });
+
+  test("random bodies differ in weight and age", () => {
+    const random = seeded(11);
+    const bodies = Array.from({ length: 200 }, () => randomShape(TRAITS, random));
+    const spreadOf = (name: Trait["name"]) => {
+      const values = bodies
+        .map((shape) => traitValue(trait(name), shape))
+        .toSorted((a, b) => a - b);
+      return (values[180] ?? 0) - (values[20] ?? 0);
+    };
+    expect(spreadOf("weight")).toBeGreaterThan(20);
+    expect(spreadOf("age")).toBeGreaterThan(20);
+  });
+});
+
+const SHAPES = 50;
+/** Settings of the tissue that each of the shapes gets, in one run of its motion. */
+const SETTINGS_EACH = 10;
+/** A body that has another shape stands still at first: so long until its tissue swings. */
+const WARM_UP_TICKS = 40;
+const TICKS_EACH = 4;
+const TICK_SECONDS = 1 / 60;
+/** Shorter edges of the mesh are left out of the strain, in metres. */
+const LEAST_EDGE_M = 0.003;
+
+/** Lengths of the edges of triangles, in metres. */
+function edgeLengths(faces: Uint32Array, positions: Float32Array): Float32Array {
+  const lengths = new Float32Array(faces.length);
+  for (let at = 0; at < faces.length; at += 1) {
+    const a = 3 * (faces[at] ?? 0);
+    const b = 3 * (faces[at % 3 === 2 ? at - 2 : at + 1] ?? 0);
+    const dx = (positions[a] ?? 0) - (positions[b] ?? 0);
+    const dy = (positions[a + 1] ?? 0) - (positions[b + 1] ?? 0);
+    const dz = (positions[a + 2] ?? 0) - (positions[b + 2] ?? 0);
+    lengths[at] = Math.sqrt(dx * dx + dy * dy + dz * dz);
+  }
+  return lengths;
+}
+
+/** How many vertices have turned inside out: their triangles' common normal looks the other way. */
+function countInverted(normals: Float32Array, before: Float32Array): number {
+  let inverted = 0;
+  for (let at = 0; at < normals.length; at += 3) {
+    const turned =
+      (normals[at] ?? 0) * (before[at] ?? 0) +
+      (normals[at + 1] ?? 0) * (before[at + 1] ?? 0) +
+      (normals[at + 2] ?? 0) * (before[at + 2] ?? 0);
+    if (turned < 0) inverted += 1;
+  }
+  return inverted;
+}
+
+/** A random choice of all that the page's sliders say of the tissue. */
+function randomTissue(random: () => number): TissueSettings {
+  const factor = ([low, , high]: readonly [number, number, number]) => {
+    const least = Math.max(low, 0.1);
+    return least * (high / least) ** random();
+  };
+  const perRegion = (property: TissueProperty) =>
+    Object.fromEntries(REGION_NAMES.map((region) => [region, factor(TISSUE_FACTORS[property])]));
+  return {
+    preset: random() < 0.5 ? "sportswear" : "as-predicted",
+    strength: STRENGTH[2] * random(),
+    tissue: {
+      gain: perRegion("gain"),
+      stiffness: perRegion("stiffness"),
+      damping: perRegion("damping"),
+    },
+  };
+}
+
+describe.each<ProceduralName>(["jump", "hop", "jumping-jacks", "shake-hips"])("%s", (name) => {
+  test(`${SHAPES * SETTINGS_EACH} random settings leave the skin whole`, async () => {
+    const model = await loadModel();
+    const { faces } = model.body;
+    const avatar = model.createAvatar();
+    const still = model.body.createAvatar();
+    const random = seeded(name.length);
+    const pose = new Float64Array(POSE_LENGTH);
+    let [largestStrain, largestOffsetM, inverted] = [0, 0, 0];
+    for (let shape = 0; shape < SHAPES; shape += 1) {
+      const beta = randomShape(TRAITS, random);
+      avatar.setShape(beta);
+      still.setShape(beta);
+      const motion = Motion.procedural(name, avatar);
+      let timeSeconds = 1 + 4 * random();
+      const play = (ticks: number) => {
+        for (let tick = 0; tick < ticks; tick += 1) {
+          motion.poseAt(timeSeconds, pose);
+          avatar.step(pose, TICK_SECONDS);
+          timeSeconds += TICK_SECONDS;
+        }
+      };
+      play(WARM_UP_TICKS);
+      const lengths = edgeLengths(faces, still.positions);
+      for (let setting = 0; setting < SETTINGS_EACH; setting += 1) {
+        tuneTissue(avatar, randomTissue(random));
+        play(TICKS_EACH);
+        for (const [edge, length] of edgeLengths(faces, avatar.positions).entries()) {
+          const before = lengths[edge] ?? 0;
+          if (before < LEAST_EDGE_M) continue;
+          largestStrain = Math.max(largestStrain, Math.abs(length / before - 1));
+        }
+        inverted += countInverted(avatar.normals, still.normals);
+        for (const offset of avatar.offsets) {
+          largestOffsetM = Math.max(largestOffsetM, Math.abs(offset));
+        }
+      }
+      motion.dispose();
+    }
+    console.log(
+      `${name}: largest edge strain ${largestStrain.toFixed(2)}, ${inverted} vertices inverted, largest ` +
+        `offset ${(1000 * largestOffsetM).toFixed(0)} mm`,
+    );
+    expect(largestOffsetM).toBeGreaterThan(0.02);
+    expect(inverted).toBe(0);
+    expect(largestStrain).toBeLessThan(1);
+  }, 300_000);
+});
