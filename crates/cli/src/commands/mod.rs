@@ -8,6 +8,7 @@ pub mod fit;
 pub mod fit_check;
 mod motion_files;
 pub mod simulate;
+pub mod slim;
 pub mod train;
 pub use std::io::{ErrorKind, Write as _};
 use std::sync::OnceLock;
