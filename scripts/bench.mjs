@@ -10,7 +10,7 @@ import { cpus } from "node:os";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { parseArgs } from "node:util";
-import { compare } from "./bench/baseline.mjs";
+import { avatarBytes, compare, compareLoading } from "./bench/baseline.mjs";
 import { measureCrowd } from "./bench/crowd.mjs";
 import { measure } from "./bench/measure.mjs";
 import { buildAll } from "./build.mjs";
@@ -35,12 +35,12 @@ const ROWS = [
 const ORT_FOLDER = "/node_modules/onnxruntime-web/dist/";
 const ORT_MODULE = `${ORT_FOLDER}ort.wasm.min.mjs`;
 
-async function inNode(model) {
+async function inNode(model, root = ROOT) {
   return measure({
-    sdk: pathToFileURL(join(SDK, "dist", "index.js")).href,
+    sdk: pathToFileURL(join(root, "web/sdk/dist/index.js")).href,
     ort: pathToFileURL(join(ROOT, ORT_MODULE)).href,
     ortFolder: pathToFileURL(join(ROOT, ORT_FOLDER)).href,
-    model: pathToFileURL(join(MODELS, model, "/")).href,
+    model: pathToFileURL(join(root, "models", model, "/")).href,
   });
 }
 
@@ -126,6 +126,31 @@ function baselineFolder(folder) {
   return root;
 }
 
+const ratioCell = ({ ratio, low, high }) =>
+  `${ratio.toFixed(3)} | ${low.toFixed(3)} to ${high.toFixed(3)} |`;
+
+/** Rows about loading, memory and onnxruntime-web, which are not rounds of frames. */
+async function furtherRows(baseline, model) {
+  const loading = compareLoading(baseline, ROOT, model);
+  const bytes = [await avatarBytes(baseline, model), await avatarBytes(ROOT, model)];
+  const chromium = findChromium();
+  const speed = async (result) => {
+    const { onnxruntimeMs, networksMs } = await result;
+    return `${(onnxruntimeMs / networksMs).toFixed(2)} times`;
+  };
+  const node = [await speed(inNode(model, baseline)), await speed(inNode(model))];
+  return [
+    `| ${loading.name}, ms | ${loading.beforeMs.toFixed(0)} | ${loading.afterMs.toFixed(0)} | ${ratioCell(loading)}`,
+    `| one more avatar, bytes of memory | ${bytes.join(" | ")} | ${(bytes[1] / bytes[0]).toFixed(3)} | |`,
+    `| both networks against onnxruntime-web, Node | ${node.join(" | ")} | | |`,
+    ...(chromium
+      ? [
+          `| both networks against onnxruntime-web, Chromium | | ${await speed(inChromium(model, chromium))} | | |`,
+        ]
+      : []),
+  ];
+}
+
 async function compareWith(baseline, isWritten) {
   const parts = [];
   for (const model of modelNames()) {
@@ -139,9 +164,12 @@ async function compareWith(baseline, isWritten) {
       "| ms, medians of 30 rounds in Node | before | after | after / before | quartiles |",
       "| --- | --- | --- | --- | --- |",
       ...rows.map(
-        ({ name, beforeMs, afterMs, ratio, low, high }) =>
-          `| ${name} | ${beforeMs.toFixed(4)} | ${afterMs.toFixed(4)} | ${ratio.toFixed(3)} | ${low.toFixed(3)} to ${high.toFixed(3)} |`,
+        (row) =>
+          `| ${row.name} | ${row.beforeMs.toFixed(4)} | ${row.afterMs.toFixed(4)} | ${ratioCell(row)}`,
       ),
+      ...(await step(`Loading, memory and onnxruntime-web, ${model}`, () =>
+        furtherRows(baseline, model),
+      )),
       "",
     ]);
   }
@@ -149,10 +177,12 @@ async function compareWith(baseline, isWritten) {
     "| wasm, bytes with brotli 11 | before | after | after / before |",
     "| --- | --- | --- | --- |",
     ...WASM_FILES.map(({ name }) => {
-      const [before, after] = [baseline, ROOT].map(
-        (root) => wasmSizes(readFileSync(join(root, `web/sdk/dist/wasm/${name}_bg.wasm`))).brotli,
-      );
-      return `| ${name} | ${before} | ${after} | ${(after / before).toFixed(3)} |`;
+      const [before, after] = [baseline, ROOT].map((root) => {
+        const file = join(root, `web/sdk/dist/wasm/${name}_bg.wasm`);
+        return existsSync(file) ? wasmSizes(readFileSync(file)).brotli : undefined;
+      });
+      const ratio = before === undefined ? "" : (after / before).toFixed(3);
+      return `| ${name} | ${before ?? ""} | ${after} | ${ratio} |`;
     }),
     "",
   ]);

@@ -18,7 +18,7 @@ export async function buildSdk() {
   mkdirSync(join(dist, "wasm"), { recursive: true });
   // The glue's own .d.ts files stay behind: the package's types are hand-written.
   for (const name of readdirSync(WASM_OUT)) {
-    if (/^(core|core-inline|renderer|bind)(\.js|_bg\.wasm)$/.test(name)) {
+    if (/^(core|core-inline|renderer|bind|slim)(\.js|_bg\.wasm)$/.test(name)) {
       copyFileSync(join(WASM_OUT, name), join(dist, "wasm", name));
     }
   }

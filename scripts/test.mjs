@@ -22,6 +22,7 @@ import {
   findFirefox,
 } from "./toolchain.mjs";
 import { buildWasm, PUBLISHED, QUICK } from "./wasm.mjs";
+import { checkWasmSizes } from "./wasm-sizes.mjs";
 import { weighDemo } from "./weigh.mjs";
 
 const REPORTS = join(ROOT, "test-results");
@@ -157,8 +158,9 @@ async function browserTests() {
 async function publishedTests() {
   await buildOn(PUBLISHED);
   await weighDemo();
+  checkWasmSizes();
   const results = await playwright("playwright-published.json", ["--grep", "@published"]);
-  return { ...results, passed: (results.passed ?? 0) + 1 };
+  return { ...results, passed: (results.passed ?? 0) + 2 };
 }
 
 async function playwright(reportName, chosen) {
@@ -235,6 +237,9 @@ const STEPS = [
       // The renderer's bindings exist only in WebAssembly.
       const wasm = ["-p", "dynaskin-wasm-render", "--target", "wasm32-unknown-unknown"];
       await run("cargo", ["clippy", ...wasm, "--", "-D", "warnings"]);
+      // The core without tract.
+      const slim = ["-p", "dynaskin-wasm", "--no-default-features", "--lib"];
+      await run("cargo", ["clippy", ...slim, "--", "-D", "warnings"]);
     }),
   },
   { name: "deny", title: "cargo deny", work: cargoDeny },

@@ -1,4 +1,4 @@
-// Builds the three wasm files and their JavaScript glue into web/sdk/src/wasm, and the demo's core, which
+// Builds the wasm files and their JavaScript glue into web/sdk/src/wasm, and the demo's core, which
 // has the code of the compared methods, into web/demo/wasm.
 import { createHash } from "node:crypto";
 import {
@@ -37,7 +37,10 @@ export function isPublished() {
   return existsSync(PROFILE_STAMP) && readFileSync(PROFILE_STAMP, "utf8") === PUBLISHED;
 }
 
-/** Files of their own, so that pages with an engine never download wgpu, and only those that bind avatars what binds. */
+/**
+ * Files of their own, so that pages with an engine of their own never download wgpu, slim ones no tract, and only
+ * those that bind avatars what binds.
+ */
 export const WASM_FILES = [
   { name: "core", package: "dynaskin-wasm", library: "dynaskin_wasm", optimise: "-O3" },
   {
@@ -51,6 +54,15 @@ export const WASM_FILES = [
     package: "dynaskin-wasm-bind",
     library: "dynaskin_wasm_bind",
     optimise: "-O3",
+  },
+  {
+    // The core without tract, under the core's glue.
+    name: "slim",
+    glue: "core",
+    package: "dynaskin-wasm",
+    library: "dynaskin_wasm",
+    optimise: "-O3",
+    features: ["--no-default-features"],
   },
 ];
 
@@ -86,7 +98,7 @@ const GUESTS = {
 const EVERY_FILE = [...WASM_FILES, GUESTS];
 
 /** What the demo alone needs: its own core stands in for the package's, which has the same glue. */
-const DEMO_FILES = [GUESTS, ...WASM_FILES.filter(({ name }) => name !== "core")];
+const DEMO_FILES = [GUESTS, ...WASM_FILES.filter(({ name }) => name !== "core" && name !== "slim")];
 
 /**
  * Builds what changed, and puts it where the SDK and the demo look for it. Each profile's glue and
@@ -96,6 +108,7 @@ export async function buildWasm(profile = process.env.DYNASKIN_WASM_PROFILE || P
   const bound = await bindAll(EVERY_FILE, profile);
   for (const { file, folder } of bound) place(file, folder, file.out ?? WASM_OUT);
   checkSharedGlue();
+  checkSlim();
   writeFileSync(PROFILE_STAMP, profile);
 }
 
@@ -125,6 +138,10 @@ async function bindAll(files, profile) {
 
 function place(file, folder, out) {
   mkdirSync(out, { recursive: true });
+  if (file.glue) {
+    copyFileSync(join(folder, `${file.glue}_bg.wasm`), join(out, `${file.name}_bg.wasm`));
+    return;
+  }
   for (const name of readdirSync(folder)) {
     if (new RegExp(`^${file.name}(_bg)?\\.`).test(name)) {
       copyFileSync(join(folder, name), join(out, name));
@@ -140,9 +157,29 @@ function checkSharedGlue() {
   }
 }
 
+/** The slim core runs under the core's glue: it may ask for no more, and has to give as much. */
+function checkSlim() {
+  const ends = (name) => {
+    const module = new WebAssembly.Module(readFileSync(join(WASM_OUT, `${name}_bg.wasm`)));
+    const named = (list) => list.map((entry) => `${entry.module ?? ""} ${entry.name}`);
+    return {
+      imports: named(WebAssembly.Module.imports(module)),
+      exports: named(WebAssembly.Module.exports(module)),
+    };
+  };
+  const [core, slim] = [ends("core"), ends("slim")];
+  const lacking = [
+    ...slim.imports.filter((name) => !core.imports.includes(name)),
+    ...core.exports.filter((name) => !slim.exports.includes(name)),
+  ];
+  if (lacking.length > 0) {
+    throw new Error(`The slim core does not fit the core's glue: ${lacking.join(", ")}.`);
+  }
+}
+
 async function cargoBuild(file, profile) {
-  const guests = file.features ? ", with the compared methods" : "";
-  say(`  compiling ${file.package} (${profile}${guests})`);
+  const features = file.features ? `, ${file.features.join(" ")}` : "";
+  say(`  compiling ${file.package} (${profile}${features})`);
   const flags = ["-C target-feature=+simd128", ...(await remapFlags())];
   const args = ["build", "-p", file.package, "--lib", "--target", "wasm32-unknown-unknown"];
   await run("cargo", [...args, ...(file.features ?? []), "--profile", profile], {
@@ -153,10 +190,11 @@ async function cargoBuild(file, profile) {
 /** Writes the glue, and begins to optimise: `done` resolves when `folder` holds the finished file. */
 async function bind(file, profile, wasmBindgen) {
   const target = join(cargoTargetDir(), "wasm32-unknown-unknown", profile);
-  const folder = join(target, file.out ? "bound-for-demo" : "bound");
+  const folder = join(target, file.out ? "bound-for-demo" : file.glue ? "bound-slim" : "bound");
   const compiled = join(target, `${file.library}.wasm`);
-  const out = join(folder, `${file.name}_bg.wasm`);
-  const stamp = join(folder, `.${file.name}-stamp`);
+  const name = file.glue ?? file.name;
+  const out = join(folder, `${name}_bg.wasm`);
+  const stamp = join(folder, `.${name}-stamp`);
   const key = createHash("sha256")
     .update(readFileSync(compiled))
     .update([profile, file.optimise, ...FEATURES, ...GLUE].join(" "))
@@ -179,7 +217,7 @@ async function bind(file, profile, wasmBindgen) {
     rmSync(stamp, { force: true });
     await run(wasmBindgen, [
       ...[compiled, "--target", "web", "--omit-default-module-path"],
-      ...["--out-dir", folder, "--out-name", file.name, ...GLUE],
+      ...["--out-dir", folder, "--out-name", name, ...GLUE],
     ]);
   }
   const done = finish();

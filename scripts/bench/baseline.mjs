@@ -1,5 +1,6 @@
 // This build beside an earlier one in the same process: rounds take turns, also at being first, so that a
 // slow moment of the machine meets both.
+import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
@@ -22,6 +23,10 @@ const ROUNDS = 30;
 const FRAMES_PER_ROUND = 60;
 /** Avatars stepped in one round of a crowd. */
 const STEPS_PER_ROUND = 200;
+/** Avatars whose memory is counted: WebAssembly's memory grows by pages of 64 KiB. */
+const MEASURED_AVATARS = 64;
+/** Fresh processes in which a build loads a model. */
+const LOADS = 8;
 
 /**
  * Medians of a build over rounds, and the ratio to the baseline's.
@@ -58,6 +63,53 @@ export async function compare(before, after, model) {
     for (const made of [motion, avatar, loaded]) made.dispose();
   }
   return { rows, sameNetworks: sameNetworks(before, after, model) };
+}
+
+/**
+ * What one more avatar of a loaded model takes of the core's memory, in bytes.
+ *
+ * @param {string} root a built checkout of the repository
+ * @param {string} model name of the model's folder
+ */
+export async function avatarBytes(root, model) {
+  const { loaded, avatar } = await open(root, model);
+  const { startCore } = await import(pathToFileURL(join(root, "web/sdk/dist/core.js")).href);
+  const { memory } = await startCore(undefined);
+  const before = memory.buffer.byteLength;
+  const made = Array.from({ length: MEASURED_AVATARS }, () => loaded.createAvatar());
+  const bytes = (memory.buffer.byteLength - before) / MEASURED_AVATARS;
+  for (const one of [...made, avatar, loaded]) one.dispose();
+  return Math.round(bytes);
+}
+
+/**
+ * Milliseconds from the start of `load` to the first offsets, each in a process of its own, in turns.
+ *
+ * @param {string} before a built checkout of the repository: the baseline
+ * @param {string} after another one: this build
+ * @param {string} model name of the model's folder
+ * @returns {Row}
+ */
+export function compareLoading(before, after, model) {
+  const loads = takeTurns(
+    [before, after].map((root) => () => ({ loadMs: loadMs(root, model) })),
+    { warmUp: 1, rounds: LOADS },
+  );
+  return rowsOf([["loadMs", "load to first offset, a fresh process"]], loads)[0];
+}
+
+function loadMs(root, model) {
+  const sdk = pathToFileURL(join(root, "web/sdk/dist/index.js")).href;
+  const folder = pathToFileURL(join(root, "models", model, "/")).href;
+  const program = `
+    const { load, restPose } = await import(${JSON.stringify(sdk)});
+    const start = performance.now();
+    const model = await load({ model: ${JSON.stringify(folder)} });
+    const avatar = model.createAvatar();
+    avatar.step(restPose(), 1 / 60);
+    process.stdout.write(String(performance.now() - start - avatar.offsets[0] * 0));
+  `;
+  return Number(execFileSync(process.execPath, ["--input-type=module", "--eval", program]));
 }
 
 async function open(root, model) {
@@ -112,13 +164,13 @@ function ticks({ crowd, motion, poses }) {
 }
 
 /** What each work reports, round by round. */
-function takeTurns(works) {
+function takeTurns(works, { warmUp, rounds } = { warmUp: WARM_UP_ROUNDS, rounds: ROUNDS }) {
   const reports = works.map(() => []);
-  for (let round = 0; round < WARM_UP_ROUNDS + ROUNDS; round += 1) {
+  for (let round = 0; round < warmUp + rounds; round += 1) {
     for (let turn = 0; turn < works.length; turn += 1) {
       const idx = (round + turn) % works.length;
       const report = works[idx]();
-      if (round >= WARM_UP_ROUNDS) reports[idx].push(report);
+      if (round >= warmUp) reports[idx].push(report);
     }
   }
   return reports;

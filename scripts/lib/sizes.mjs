@@ -101,6 +101,30 @@ export function overBudget(sizes, budget) {
   return problems;
 }
 
+/** By how much a file may outgrow what is recorded of it. */
+const GROWTH = 1.02;
+
+/**
+ * The wasm files that have outgrown their record, as sentences; a file without a record, and a record
+ * without a file, are mistakes in the list.
+ *
+ * @param {Record<string, number>} sizes bytes by name
+ * @param {Record<string, number>} recorded the same when they were recorded
+ */
+export function overRecorded(sizes, recorded) {
+  const gone = Object.keys(recorded).filter((name) => !(name in sizes));
+  const problems = gone.map((name) => `${name} is recorded, and there is no such file`);
+  for (const [name, bytes] of Object.entries(sizes)) {
+    const before = recorded[name];
+    if (typeof before !== "number") problems.push(`${name} is not recorded`);
+    else if (bytes > before * GROWTH) {
+      const percent = (100 * (bytes / before - 1)).toFixed(1);
+      problems.push(`${name} has ${bytes} bytes, ${percent} % more than the ${before} recorded`);
+    }
+  }
+  return problems;
+}
+
 /** The sizes as lines of a table. */
 export function sizeTable(sizes, budget) {
   const row = (name, ...numbers) =>

@@ -28,6 +28,8 @@ enum Command {
     FitCheck(commands::fit_check::FitCheckArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
     Train(Box<commands::train::TrainArgs>),
+    /// Write a bundle's networks as files that `dynaskin/slim` plays, after a check against tract.
+    Slim(commands::slim::SlimArgs),
     /// Measure a bundle, or compare methods in a report, on clips that they were not trained on.
     Evaluate(commands::evaluate::EvaluateArgs),
 }
@@ -41,6 +43,7 @@ fn main() -> anyhow::Result<()> {
         Command::Fit(args) => commands::fit::run(&args),
         Command::FitCheck(args) => commands::fit_check::run(&args),
         Command::Train(args) => commands::train::run(&args),
+        Command::Slim(args) => commands::slim::run(&args),
         Command::Evaluate(args) => commands::evaluate::run(&args),
     }?;
     commands::check_printed()

@@ -64,6 +64,7 @@ pub fn write_bundle(
         body: BundleFile::of(BODY_FILE, parts.body_glb),
         predictor: BundleFile::of(PREDICTOR_FILE, &networks.predictor_onnx),
         decoder: BundleFile::of(DECODER_FILE, &networks.decoder_onnx),
+        lowered: None,
         feature_kind: networks.feature_kind,
         feature_count: networks.feature_kind.count(),
         latent_count: networks.latent_count,

@@ -29,6 +29,15 @@ pub struct BundleFile {
     pub sha256: String,
 }
 
+/// The networks of a bundle as lowered files, for cores without tract.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LoweredFiles {
+    /// The predictor.
+    pub predictor: BundleFile,
+    /// The decoder.
+    pub decoder: BundleFile,
+}
+
 /// What the networks learned from: least and greatest values in the clips. Beyond them networks
 /// extrapolate, so the runtime does not feed them stiffness and damping from there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,6 +118,9 @@ pub struct Bundle {
     pub predictor: BundleFile,
     /// The decoder's graph.
     pub decoder: BundleFile,
+    /// The same networks, lowered; none where `dynaskin slim` has not written them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lowered: Option<LoweredFiles>,
     /// What the predictor takes as input.
     pub feature_kind: FeatureKind,
     /// F: the predictor's number of features.
@@ -181,7 +193,14 @@ impl Bundle {
                 format!("others in {:?}", odd.name),
             ));
         }
-        for file in [&self.body, &self.predictor, &self.decoder] {
+        let lowered = self
+            .lowered
+            .iter()
+            .flat_map(|files| [&files.predictor, &files.decoder]);
+        for file in [&self.body, &self.predictor, &self.decoder]
+            .into_iter()
+            .chain(lowered)
+        {
             let plain = !file.file.is_empty()
                 && !file.file.starts_with('.')
                 && !file.file.contains(['/', '\\', ':', '\0']);
@@ -290,8 +309,12 @@ fn parse<'a, T: Deserialize<'a>>(json: &'a [u8]) -> Result<T, RuntimeError> {
 }
 
 fn sha256_hex(contents: &[u8]) -> String {
+    hex(Sha256::digest(contents).as_slice())
+}
+
+/// As lower-case hexadecimal digits.
+pub(crate) fn hex(hash: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    let hash = Sha256::digest(contents);
     let digits = hash.iter().flat_map(|byte| {
         [
             DIGITS[usize::from(byte >> 4)],

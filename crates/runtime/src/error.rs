@@ -102,6 +102,45 @@ pub enum RuntimeError {
         /// What the decoder found.
         reason: String,
     },
+    /// A lowered file cannot be used.
+    #[error(
+        "the {network} is not a lowered network that this build plays: {reason}; write it again with \
+         `dynaskin slim`"
+    )]
+    NotLowered {
+        /// Which network.
+        network: Network,
+        /// What is wrong with the file.
+        reason: String,
+    },
+    /// A build without tract was given an ONNX file.
+    #[error(
+        "the {network} is not a lowered file, and this build plays no others: write it with \
+         `dynaskin slim`, or use the whole core, which plays ONNX files"
+    )]
+    NeedsLowered {
+        /// Which network.
+        network: Network,
+    },
+    /// A bundle whose lowered files are asked for names none.
+    #[error(
+        "bundle.json names no lowered networks, which this build needs: write them with `dynaskin \
+         slim`, or use the whole core, which plays ONNX files"
+    )]
+    NoLowered,
+    /// A graph has an operator that only tract runs.
+    #[error(
+        "the {network} cannot be lowered: its node `{node}` ({operator}) is none of those that lowered \
+         networks have; play this bundle with the whole core"
+    )]
+    CannotLower {
+        /// Which network.
+        network: Network,
+        /// The node's name.
+        node: String,
+        /// Its operator.
+        operator: String,
+    },
     /// The graph uses an operator outside the set that the runtime implements.
     #[error(
         "the {network}'s node `{node}` uses the operator {operator}, which the runtime does not \
@@ -256,9 +295,13 @@ impl RuntimeError {
             | Self::LeftOut { .. }
             | Self::BundleField { .. }
             | Self::ReadFile { .. }
+            | Self::NoLowered
             | Self::HashMismatch { .. } => "bundle",
             Self::Body(_) => "body",
             Self::NotOnnx { .. }
+            | Self::NotLowered { .. }
+            | Self::NeedsLowered { .. }
+            | Self::CannotLower { .. }
             | Self::UnknownOperator { .. }
             | Self::InvalidGraph { .. }
             | Self::BrokenContract { .. }

@@ -32,8 +32,10 @@ pub mod features;
 mod measure;
 mod model;
 mod networks;
+#[cfg(feature = "tract")]
 mod onnx;
 mod pipeline;
+mod ports;
 mod pose;
 mod shapes;
 mod state;
@@ -42,7 +44,7 @@ mod timeline;
 mod tissue;
 
 pub use avatar::{Avatar, MAX_SCALE, MIN_SCALE, StepReport};
-pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned};
+pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned, LoweredFiles};
 pub use controls::{
     Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, REGION_LIMITS_M, RegionControls,
 };
@@ -54,6 +56,8 @@ pub use dynaskin_skeleton::{
 };
 pub use error::{Network, RuntimeError};
 pub use model::Model;
+#[cfg(feature = "tract")]
+pub use networks::{Comparison, LoweredNetworks, lower};
 pub use networks::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
 pub use pipeline::{StageSeconds, Stopwatch};
 pub use state::STATE_VERSION;

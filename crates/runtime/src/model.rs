@@ -7,16 +7,16 @@ use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::Vec3;
 use sha2::{Digest, Sha256};
 
-use crate::RuntimeError;
-use crate::bundle::{Bundle, Learned, field};
+use crate::bundle::{Bundle, BundleFile, Learned, field, hex};
 use crate::controls::Shares;
 use crate::features::{FeatureKind, MotionFeatures};
 use crate::measure;
-use crate::networks::{Decoder, Networks, Predictor, Sessions};
+use crate::networks::{Decoder, Networks, Predictor, Sessions, is_lowered, onnx_sha256};
 use crate::shapes::{ShapedModel, Shapes};
 use crate::state::Fingerprint;
 use crate::surface::{Guard, RestSurface, Topology};
 use crate::tissue::{Filters, Mode, RestTissue};
+use crate::{Network, RuntimeError};
 
 /// A body and, once loaded, the networks that move its soft tissue. Immutable; avatars share it
 /// through an [`Arc`].
@@ -42,10 +42,11 @@ pub(crate) struct SoftModel {
 
 impl Model {
     /// Loads a bundle: `bundle_json` and, through `read`, the files it names (given the bare file
-    /// name, it returns the contents or a sentence about why not).
+    /// name, it returns the contents or a sentence about why not). Without the feature `tract`, the
+    /// networks are the lowered ones.
     ///
     /// # Errors
-    /// Those of [`Bundle::from_json`]; [`RuntimeError::ReadFile`], [`RuntimeError::HashMismatch`],
+    /// Those of [`Bundle::from_json`]; [`RuntimeError::NoLowered`]; [`RuntimeError::ReadFile`], [`RuntimeError::HashMismatch`],
     /// [`RuntimeError::Body`]; those of [`Self::from_parts`].
     pub fn load(
         bundle_json: &[u8],
@@ -58,32 +59,35 @@ impl Model {
                 reason,
             })
         };
+        let [predictor, decoder] = network_files(&bundle)?;
         let body_glb = contents(&bundle.body.file)?;
-        let predictor_onnx = contents(&bundle.predictor.file)?;
-        let decoder_onnx = contents(&bundle.decoder.file)?;
+        let predictor = contents(&predictor.file)?;
+        let decoder = contents(&decoder.file)?;
         bundle.body.verify(&body_glb)?;
         let body = BodyModel::from_glb(&body_glb)?;
-        Self::from_parts(bundle, Arc::new(body), &predictor_onnx, &decoder_onnx)
+        Self::from_parts(bundle, Arc::new(body), &predictor, &decoder)
     }
 
     /// Puts a bundle together with the body it was made for (already read and verified) and the
-    /// bytes of its networks.
+    /// bytes of its networks, each as its ONNX or as its lowered file.
     ///
     /// # Errors
     /// [`RuntimeError::HashMismatch`] for the networks; [`RuntimeError::NotOnnx`],
     /// [`RuntimeError::UnknownOperator`], [`RuntimeError::InvalidGraph`],
     /// [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]
-    /// for what is wrong with them; [`RuntimeError::LeftOut`] for a convolution in a build without
+    /// for what is wrong with them; [`RuntimeError::NotLowered`], [`RuntimeError::NoLowered`] for
+    /// lowered files that are broken or that the bundle does not name;
+    /// [`RuntimeError::NeedsLowered`] for ONNX without the feature `tract`; [`RuntimeError::LeftOut`] for a convolution in a build without
     /// the feature `guests`; [`RuntimeError::BundleField`] where counts do not agree.
     pub fn from_parts(
         bundle: Bundle,
         body: Arc<BodyModel>,
-        predictor_onnx: &[u8],
-        decoder_onnx: &[u8],
+        predictor: &[u8],
+        decoder: &[u8],
     ) -> Result<Self, RuntimeError> {
         bundle.check()?;
-        bundle.predictor.verify(predictor_onnx)?;
-        bundle.decoder.verify(decoder_onnx)?;
+        verify_network(&bundle, Network::Predictor, predictor)?;
+        verify_network(&bundle, Network::Decoder, decoder)?;
         let vertex_count = body.vertex_count();
         if let Some(&last) = bundle.vertices.last()
             && last as usize >= vertex_count
@@ -92,8 +96,8 @@ impl Model {
             return Err(field("vertices", expected, last));
         }
         let conditions = bundle.feature_kind.condition_count();
-        let predictor = Predictor::load_conditioned(predictor_onnx, conditions)?;
-        let decoder = Decoder::load(decoder_onnx)?;
+        let predictor = Predictor::load_conditioned(predictor, conditions)?;
+        let decoder = Decoder::load(decoder)?;
         let counts = [
             (
                 "feature_count",
@@ -210,6 +214,36 @@ impl Model {
                 tissue,
             })
         })
+    }
+}
+
+/// The files of a bundle's networks that this build plays.
+fn network_files(bundle: &Bundle) -> Result<[&BundleFile; 2], RuntimeError> {
+    if cfg!(feature = "tract") {
+        return Ok([&bundle.predictor, &bundle.decoder]);
+    }
+    let lowered = bundle.lowered.as_ref().ok_or(RuntimeError::NoLowered)?;
+    Ok([&lowered.predictor, &lowered.decoder])
+}
+
+/// Whether `contents` are the bundle's file of `network`, in either form.
+fn verify_network(bundle: &Bundle, network: Network, contents: &[u8]) -> Result<(), RuntimeError> {
+    let of = |predictor, decoder| match network {
+        Network::Predictor => predictor,
+        Network::Decoder => decoder,
+    };
+    let onnx: &BundleFile = of(&bundle.predictor, &bundle.decoder);
+    if !is_lowered(contents) {
+        return onnx.verify(contents);
+    }
+    let lowered = bundle.lowered.as_ref().ok_or(RuntimeError::NoLowered)?;
+    of(&lowered.predictor, &lowered.decoder).verify(contents)?;
+    match onnx_sha256(contents) {
+        Some(hash) if hex(hash) == onnx.sha256 => Ok(()),
+        _ => Err(RuntimeError::NotLowered {
+            network,
+            reason: format!("it was made from another `{}`", onnx.file),
+        }),
     }
 }
 

@@ -1,8 +1,19 @@
-//! ONNX files as graphs of one network, and the errors of what breaks their contract.
+//! ONNX files as graphs of tract.
 
-use crate::{Network, RuntimeError};
 use dynaskin_onnx::ReadError;
-pub(crate) use dynaskin_onnx::{CheckedGraph as Graph, Port};
+use tract_core::prelude::TypedModel;
+
+use crate::ports::Port;
+use crate::{Network, RuntimeError};
+
+/// A checked graph of one network, with its inputs and outputs in file order.
+#[derive(Debug)]
+pub(crate) struct Graph {
+    /// The graph in tract's core operators.
+    pub model: TypedModel,
+    pub inputs: Vec<Port>,
+    pub outputs: Vec<Port>,
+}
 
 /// Reads and checks `onnx_bytes`. Inputs of one row get `rows` rows, and so does all that is computed
 /// from them.
@@ -15,7 +26,20 @@ pub(crate) fn read(
     onnx_bytes: &[u8],
     rows: usize,
 ) -> Result<Graph, RuntimeError> {
-    dynaskin_onnx::read(onnx_bytes, rows).map_err(|error| unreadable(network, error))
+    let graph =
+        dynaskin_onnx::read(onnx_bytes, rows).map_err(|error| unreadable(network, error))?;
+    let ports = |ports: Vec<dynaskin_onnx::Port>| {
+        let ports = ports.into_iter();
+        ports.map(|port| Port {
+            name: port.name,
+            shape: port.shape,
+        })
+    };
+    Ok(Graph {
+        model: graph.model,
+        inputs: ports(graph.inputs).collect(),
+        outputs: ports(graph.outputs).collect(),
+    })
 }
 
 /// The error for a file that cannot be read.
@@ -46,44 +70,5 @@ fn unreadable(network: Network, error: ReadError) -> RuntimeError {
             network,
             reason: other.to_string(),
         },
-    }
-}
-
-/// Index and length of the port `name`, which must have the shape [1, length].
-pub(crate) fn row(
-    network: Network,
-    ports: &[Port],
-    name: &str,
-) -> Result<(usize, usize), RuntimeError> {
-    let Some(index) = ports.iter().position(|port| port.name == name) else {
-        let expected = format!("a value `{name}`");
-        return Err(broken(network, "ports", expected, names(ports)));
-    };
-    match ports[index].shape[..] {
-        [1, length] => Ok((index, length)),
-        _ => {
-            let got = format!("{:?}", ports[index].shape);
-            Err(broken(network, format!("`{name}`"), "shape [1, N]", got))
-        }
-    }
-}
-
-pub(crate) fn names(ports: &[Port]) -> String {
-    let names: Vec<&str> = ports.iter().map(|port| port.name.as_str()).collect();
-    format!("{names:?}")
-}
-
-/// The error for a graph that is not what the contract asks for.
-pub(crate) fn broken(
-    network: Network,
-    place: impl Into<String>,
-    expected: impl Into<String>,
-    got: impl Into<String>,
-) -> RuntimeError {
-    RuntimeError::BrokenContract {
-        network,
-        place: place.into(),
-        expected: expected.into(),
-        got: got.into(),
     }
 }

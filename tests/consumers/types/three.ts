@@ -1,6 +1,7 @@
 // A strict TypeScript application with three.js.
 import { type Avatar, DynaSkinError, load, type Pose, restPose } from "dynaskin";
 import { load as loadInline } from "dynaskin/inline";
+import { load as loadSlim } from "dynaskin/slim";
 import { DynaSkin } from "dynaskin/three";
 import {
   createWorkerAvatar,
@@ -16,6 +17,8 @@ export async function start(mesh: SkinnedMesh): Promise<DynaSkin[]> {
     onProgress: ({ loadedBytes }) => loadedBytes,
   });
   const same: typeof model = await loadInline({ model: new URL("https://example.org/female/") });
+  const small: typeof model = await loadSlim({ model: "/models/female/", body: same.body });
+  small.dispose();
   const avatar: Avatar = same.createAvatar({ shape: new Float32Array(10) });
   const remote: WorkerAvatar = await createWorkerAvatar({ model: "/models/female/" });
   remote.setControls("calm-clothes");

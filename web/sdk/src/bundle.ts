@@ -19,6 +19,14 @@ export interface BundleFile {
   sha256: string;
 }
 
+/** The networks of a bundle as `dynaskin/slim` plays them, which `dynaskin slim` writes. */
+export interface LoweredFiles {
+  /** The predictor. */
+  predictor: BundleFile;
+  /** The decoder. */
+  decoder: BundleFile;
+}
+
 /** What networks learned from: the least and the greatest value. Beyond that they extrapolate. */
 export interface Learned {
   /** Factor on the tissue's stiffness. */
@@ -67,6 +75,8 @@ export interface Bundle {
   predictor: BundleFile;
   /** The network that turns the latent vector into offsets. */
   decoder: BundleFile;
+  /** The same networks for `dynaskin/slim`; absent where `dynaskin slim` has not written them. */
+  lowered?: LoweredFiles;
   /** What the predictor is fed, such as `inertial`. */
   feature_kind: string;
   /** Numbers in a feature vector. */

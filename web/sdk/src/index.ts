@@ -17,6 +17,7 @@ export {
   type Bundle,
   type BundleFile,
   type Learned,
+  type LoweredFiles,
   REGION_NAMES,
   type RegionName,
   type Trait,

@@ -1,4 +1,4 @@
-import type { Bundle } from "./bundle.js";
+import type { Bundle, BundleFile } from "./bundle.js";
 import { checkCallback, checkObject, checkSignal } from "./check.js";
 import { type Core, startCore } from "./core.js";
 import { DynaSkinError } from "./error.js";
@@ -77,6 +77,22 @@ export interface LoadOptions {
  *   refuses: `bundle` (also a wrong hash, or a `body` that is not the bundle's), `body`, `network`
  */
 export async function load(options: LoadOptions): Promise<Model> {
+  return loadForm(options, "onnx");
+}
+
+/**
+ * Which files of a bundle hold its networks.
+ *
+ * @internal
+ */
+export type NetworkForm = "onnx" | "lowered";
+
+/**
+ * As {@link load}, with the networks in this form.
+ *
+ * @internal
+ */
+export async function loadForm(options: LoadOptions, form: NetworkForm): Promise<Model> {
   checkObject('load() needs options, such as { model: "/models/female/" }: they', options);
   const { signal, onBody } = options;
   if (options.body !== undefined && !(options.body instanceof Body)) {
@@ -101,7 +117,7 @@ export async function load(options: LoadOptions): Promise<Model> {
   const starting = startCore(options.wasm, progress.part());
   // A failure is reported below, at the first await that meets it.
   starting.catch(() => {});
-  const sources = toSources(options.model);
+  const sources = toSources(options.model, form);
   const bundleBytes = await read(sources.bundle, "bundle.json", MAX_BUNDLE_BYTES);
   if (options.integrity !== undefined) await checkIntegrity(bundleBytes, options.integrity);
   const bundle = parseBundle(bundleBytes, addressOf(sources.bundle));
@@ -153,7 +169,7 @@ interface Sources {
   file: (bundle: Bundle, key: FileKey) => FileSource;
 }
 
-function toSources(model: LoadOptions["model"]): Sources {
+function toSources(model: LoadOptions["model"], form: NetworkForm): Sources {
   if (typeof model !== "string" && !(model instanceof URL)) {
     if (typeof model !== "object" || model === null) {
       throw new DynaSkinError(
@@ -168,7 +184,7 @@ function toSources(model: LoadOptions["model"]): Sources {
   const folder = toUrl(address.endsWith("/") ? address : `${address}/`);
   return {
     bundle: new URL("bundle.json", folder),
-    file: (bundle, key) => new URL(encodeURIComponent(bundle[key].file), folder),
+    file: (bundle, key) => new URL(encodeURIComponent(fileOf(bundle, key, form).file), folder),
   };
 }
 
@@ -197,6 +213,17 @@ export function mapFiles(
   checkFiles(model);
   const changed = FILE_KEYS.map((key) => [key, change(model[key], key)] as const);
   return Object.fromEntries(changed) as Record<keyof ModelFiles, FileSource>;
+}
+
+/** @throws DynaSkinError `bundle` where the bundle has no networks in this form. */
+function fileOf(bundle: Bundle, key: FileKey, form: NetworkForm): BundleFile {
+  if (form === "onnx" || key === "body") return bundle[key];
+  if (bundle.lowered) return bundle.lowered[key];
+  throw new DynaSkinError(
+    "bundle",
+    `The bundle "${bundle.name}" names no lowered networks, which dynaskin/slim needs: write them ` +
+      'with `dynaskin slim FOLDER`, or load it with "dynaskin".',
+  );
 }
 
 function toUrl(address: string): URL {
@@ -234,13 +261,10 @@ function parseBundle(bytes: Uint8Array, address: string | null): Bundle {
   const text = new TextDecoder().decode(bytes);
   try {
     const bundle = JSON.parse(text) as Bundle;
-    for (const key of ["body", "predictor", "decoder"] as const) {
-      const file: unknown = bundle?.[key]?.file;
-      if (typeof file !== "string") throw new Error(`${key}.file is missing`);
-      if (!isPlainName(file)) {
-        throw new Error(
-          `${key}.file is ${JSON.stringify(file)}, expected a file name without folders`,
-        );
+    for (const key of ["body", "predictor", "decoder"] as const) checkFileName(key, bundle?.[key]);
+    if (bundle.lowered !== undefined) {
+      for (const key of ["predictor", "decoder"] as const) {
+        checkFileName(`lowered.${key}`, bundle.lowered?.[key]);
       }
     }
     return bundle;
@@ -249,6 +273,13 @@ function parseBundle(bytes: Uint8Array, address: string | null): Bundle {
     const where = address ? ` (${address})` : "";
     throw new DynaSkinError("bundle", `bundle.json cannot be read${where}: ${reason}.`, { cause });
   }
+}
+
+function checkFileName(key: string, named: BundleFile | undefined): void {
+  const file: unknown = named?.file;
+  if (typeof file !== "string") throw new Error(`${key}.file is missing`);
+  if (isPlainName(file)) return;
+  throw new Error(`${key}.file is ${JSON.stringify(file)}, expected a file name without folders`);
 }
 
 /**

@@ -31,6 +31,7 @@ describe("importing in plain Node", () => {
   it.each([
     ["dynaskin", ""],
     ["dynaskin/inline", ""],
+    ["dynaskin/slim", ""],
     ["dynaskin/worker", ""],
     ["dynaskin/renderer", ""],
     // The engine's own import may do what it likes.

@@ -9,6 +9,7 @@ pub mod fit_check;
 mod motion_files;
 pub mod play;
 pub mod simulate;
+pub mod slim;
 pub mod train;
 pub use std::io::{ErrorKind, Write as _};
 use std::sync::OnceLock;

@@ -91,7 +91,11 @@ pub fn run(args: &PlayArgs) -> anyhow::Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    say(&format!("{}: {count} meshes, {} a second", args.out.display(), args.meshes));
+    say(&format!(
+        "{}: {count} meshes, {} a second",
+        args.out.display(),
+        args.meshes
+    ));
     Ok(())
 }
 
@@ -102,7 +106,10 @@ fn check(args: &PlayArgs) -> anyhow::Result<()> {
         "--meshes must be above 0 and at most 240 a second, got {}",
         args.meshes
     );
-    let ending = args.out.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let ending = args
+        .out
+        .extension()
+        .map(|e| e.to_string_lossy().to_lowercase());
     if matches!(ending.as_deref(), Some("mp4" | "webm" | "gif" | "obj")) {
         bail!(
             "--out {}: meshes are written into a folder, give its name. For a video, drop the motion on the demo page \

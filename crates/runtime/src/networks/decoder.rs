@@ -1,7 +1,7 @@
 //! The decoder: its contract and its runs.
 
-use super::plans::{Plans, Rows, Runner, finite};
-use crate::onnx::{broken, names, read, row};
+use super::plans::{NetworkFile, Plans, Rows, Runner, finite};
+use crate::ports::{broken, names, row};
 use crate::{Network, RuntimeError};
 
 const NETWORK: Network = Network::Decoder;
@@ -31,12 +31,32 @@ pub struct DecoderSession {
 }
 
 impl Decoder {
-    /// Reads `onnx_bytes` and checks it against the contract.
+    /// Reads `bytes`, an ONNX or a lowered file, and checks it against the contract.
     ///
     /// # Errors
     /// As [`super::Predictor::load`].
-    pub fn load(onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
-        let graph = read(NETWORK, onnx_bytes, 1)?;
+    pub fn load(bytes: &[u8]) -> Result<Self, RuntimeError> {
+        Self::of(NetworkFile::read(NETWORK, bytes)?, |file| {
+            file.into_plans(None)
+        })
+    }
+
+    /// As [`Self::load`], run by tract: the reference.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    #[cfg(feature = "tract")]
+    pub(super) fn load_plain(onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
+        Self::of(
+            NetworkFile::read(NETWORK, onnx_bytes)?,
+            NetworkFile::into_plain_plans,
+        )
+    }
+
+    fn of(
+        graph: NetworkFile,
+        plans: impl Fn(NetworkFile) -> Result<Plans, RuntimeError>,
+    ) -> Result<Self, RuntimeError> {
         if graph.inputs.len() != 1 || graph.outputs.len() != 1 {
             let got = format!("{}; {}", names(&graph.inputs), names(&graph.outputs));
             let expected = "input `latent`; output `offsets`";
@@ -52,7 +72,7 @@ impl Decoder {
             }
         };
         Ok(Self {
-            plans: Plans::new(NETWORK, onnx_bytes, graph, None)?,
+            plans: plans(graph)?,
             latent_count,
             vertex_count,
         })

@@ -1,63 +1,180 @@
-//! A network as what runs it: fused into one operator where its graph is recognised
-//! ([`super::fused`]), else as plans of tract, one for a single row and one for [`BATCH`] rows at once.
-//!
-//! A row is one avatar's call of the network. A single row makes every weight matrix times a
-//! vector, which reads each weight once for one multiplication; a batch makes it times a matrix,
-//! which reads it once for eight. The files of the contract have one row, so the batched plan is
-//! the same graph translated with a longer first axis, and it is used only where it gives what
-//! the single plan gives.
+//! A network as what runs it: fused into one program where its graph is recognised
+//! ([`super::fused`]), or read as such a program from a lowered file ([`super::lowered`]); else as
+//! plans of tract.
 
-use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use tract_core::prelude::*;
+#[cfg(feature = "tract")]
+use tract_core::prelude::TypedModel;
 
-use super::fused::{Fused, FusedMemory, Seldom, operator};
-use crate::onnx::{Graph, Port, read};
+#[cfg(feature = "tract")]
+use super::fused::operator;
+use super::fused::{Fused, FusedMemory, Seldom};
+#[cfg(feature = "tract")]
+use super::graph::{GraphPlans, GraphRunner, failed, plan};
+use super::lowered;
+#[cfg(feature = "tract")]
+use crate::onnx::{Graph, read};
+use crate::ports::Port;
 use crate::{Network, RuntimeError};
 
-/// Rows of the batched plan: the width of tract's matrix kernels for WebAssembly.
+/// Rows that run together: the width of tract's matrix kernels for WebAssembly.
 pub(crate) const BATCH: usize = 8;
 
-/// Least rows for which a batch with unused rows is faster than as many single runs.
-const LEAST_BATCHED: usize = 3;
+/// A network's file, read: what it takes and gives, and what it calculates.
+pub(crate) struct NetworkFile {
+    network: Network,
+    pub inputs: Vec<Port>,
+    pub outputs: Vec<Port>,
+    form: Form,
+}
 
-/// Largest difference of a batched from a single run, as a fraction of the largest number put out.
-const BATCH_TOLERANCE: f32 = 1e-4;
+enum Form {
+    Lowered(Fused),
+    /// The file and its graph.
+    #[cfg(feature = "tract")]
+    Graph(Box<[u8]>, Box<TypedModel>),
+}
 
 /// A network that can be run.
 #[derive(Debug)]
 pub(crate) enum Plans {
-    /// As one operator.
+    /// As one program.
     Fused(Arc<Fused>),
     /// As tract runs it.
+    #[cfg(feature = "tract")]
     Graph(Arc<GraphPlans>),
 }
 
-/// A graph's plans.
-#[derive(Debug)]
-pub(crate) struct GraphPlans {
-    network: Network,
-    onnx_bytes: Box<[u8]>,
-    input_widths: Vec<usize>,
-    single: Arc<TypedRunnableModel>,
-    /// Made when first needed; none where the graph cannot be batched.
-    batched: OnceLock<Option<Arc<TypedRunnableModel>>>,
-}
+impl NetworkFile {
+    /// Reads a file, ONNX or lowered.
+    ///
+    /// # Errors
+    /// [`RuntimeError::NotLowered`] for a lowered file that cannot be used, those of
+    /// [`crate::onnx::read`] for any other; without the feature `tract`
+    /// [`RuntimeError::NeedsLowered`].
+    pub fn read(network: Network, bytes: &[u8]) -> Result<Self, RuntimeError> {
+        if lowered::is_lowered(bytes) {
+            let file = lowered::from_bytes(network, bytes)?;
+            return Ok(Self {
+                network,
+                inputs: file.inputs,
+                outputs: file.outputs,
+                form: Form::Lowered(file.fused),
+            });
+        }
+        Self::read_graph(network, bytes)
+    }
 
-impl Plans {
-    /// Gets `graph`, read from `onnx_bytes`, ready, and tries it on zeros. `seldom` says which of its
-    /// inputs change seldom.
+    #[cfg(feature = "tract")]
+    fn read_graph(network: Network, onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
+        let graph = read(network, onnx_bytes, 1)?;
+        Ok(Self {
+            network,
+            inputs: graph.inputs,
+            outputs: graph.outputs,
+            form: Form::Graph(onnx_bytes.into(), Box::new(graph.model)),
+        })
+    }
+
+    #[cfg(not(feature = "tract"))]
+    fn read_graph(network: Network, _onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
+        Err(RuntimeError::NeedsLowered { network })
+    }
+
+    /// Gets the network ready, and tries it on zeros. `seldom` says which of a graph's inputs change
+    /// seldom.
     ///
     /// # Errors
     /// [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`], [`RuntimeError::NonFinite`].
-    pub fn new(
+    #[cfg_attr(not(feature = "tract"), allow(unused_variables))]
+    pub fn into_plans(self, seldom: Option<Seldom>) -> Result<Plans, RuntimeError> {
+        let network = self.network;
+        match self.form {
+            Form::Lowered(fused) => {
+                let mut trial = Zeros {
+                    sound: true,
+                    kept: Vec::new(),
+                };
+                fused.run(&mut fused.memory(), 1, &mut trial);
+                if !trial.sound {
+                    return Err(RuntimeError::NonFinite { network });
+                }
+                Ok(Plans::Fused(Arc::new(fused)))
+            }
+            #[cfg(feature = "tract")]
+            Form::Graph(bytes, model) => {
+                let (inputs, outputs) = (self.inputs, self.outputs);
+                let graph = Graph {
+                    model: *model,
+                    inputs,
+                    outputs,
+                };
+                Plans::of_graph(network, &bytes, graph, seldom)
+            }
+        }
+    }
+}
+
+#[cfg(feature = "tract")]
+impl NetworkFile {
+    /// The network as tract runs it, whether its graph is recognised or not: the reference.
+    ///
+    /// # Errors
+    /// As [`Self::into_plans`]; [`RuntimeError::NotOnnx`] for a lowered file.
+    pub fn into_plain_plans(self) -> Result<Plans, RuntimeError> {
+        let network = self.network;
+        let Form::Graph(bytes, model) = self.form else {
+            return Err(RuntimeError::NotOnnx {
+                network,
+                reason: "it is a lowered file".to_owned(),
+            });
+        };
+        let (inputs, outputs) = (self.inputs, self.outputs);
+        let graph = Graph {
+            model: *model,
+            inputs,
+            outputs,
+        };
+        Ok(Plans::Graph(Arc::new(GraphPlans::new(
+            network, &bytes, graph,
+        )?)))
+    }
+
+    /// The network as a lowered file, made from an ONNX file of this hash.
+    ///
+    /// # Errors
+    /// [`RuntimeError::CannotLower`] where its graph is not recognised.
+    pub fn lower(
+        self,
+        onnx_sha256: [u8; 32],
+        seldom: Option<Seldom>,
+    ) -> Result<Vec<u8>, RuntimeError> {
+        let network = self.network;
+        let fused = match self.form {
+            Form::Lowered(fused) => fused,
+            Form::Graph(_, model) => {
+                Fused::new(&model, seldom).map_err(|unknown| RuntimeError::CannotLower {
+                    network,
+                    node: unknown.node,
+                    operator: unknown.operator,
+                })?
+            }
+        };
+        let ports = (self.inputs, self.outputs);
+        Ok(lowered::to_bytes(network, onnx_sha256, ports, &fused))
+    }
+}
+
+#[cfg(feature = "tract")]
+impl Plans {
+    fn of_graph(
         network: Network,
         onnx_bytes: &[u8],
         graph: Graph,
         seldom: Option<Seldom>,
     ) -> Result<Self, RuntimeError> {
-        let Some(fused) = Fused::new(&graph.model, seldom) else {
+        let Ok(fused) = Fused::new(&graph.model, seldom) else {
             let plans = GraphPlans::new(network, onnx_bytes, graph)?;
             return Ok(Self::Graph(Arc::new(plans)));
         };
@@ -65,50 +182,6 @@ impl Plans {
         let model = operator(&graph.model, &fused).map_err(|error| failed(network, &error))?;
         plan(network, Graph { model, ..graph })?;
         Ok(Self::Fused(fused))
-    }
-}
-
-impl GraphPlans {
-    /// Optimises `graph`, read from `onnx_bytes`, and tries it on zeros.
-    ///
-    /// # Errors
-    /// As [`Plans::new`].
-    fn new(network: Network, onnx_bytes: &[u8], graph: Graph) -> Result<Self, RuntimeError> {
-        let width = |port: &Port| port.shape.iter().product();
-        Ok(Self {
-            network,
-            onnx_bytes: onnx_bytes.into(),
-            input_widths: graph.inputs.iter().map(width).collect(),
-            single: plan(network, graph)?,
-            batched: OnceLock::new(),
-        })
-    }
-
-    /// The batched plan, where it can be made and agrees with the single one.
-    fn batched(&self) -> Option<&Arc<TypedRunnableModel>> {
-        let make = || {
-            let graph = read(self.network, &self.onnx_bytes, BATCH).ok()?;
-            let batched = plan(self.network, graph).ok()?;
-            self.agrees(&batched).then_some(batched)
-        };
-        self.batched.get_or_init(make).as_ref()
-    }
-
-    /// Whether `batched` gives in each row what a single run of that row gives.
-    fn agrees(&self, batched: &Arc<TypedRunnableModel>) -> bool {
-        let mut singles = Probe::default();
-        let mut batch = Probe::default();
-        let ran = self.single.spawn().and_then(|mut runner| {
-            let widths = &self.input_widths;
-            (0..BATCH)
-                .try_for_each(|row| run(&mut runner, widths, 1, row..row + 1, &mut singles))?;
-            run(&mut batched.spawn()?, widths, BATCH, 0..BATCH, &mut batch)
-        });
-        let got = batch.rows.concat();
-        let expected = singles.rows.concat();
-        let size = expected.iter().fold(0.0_f32, |size, x| size.max(x.abs()));
-        let near = |(a, b): (&f32, &f32)| (a - b).abs() <= BATCH_TOLERANCE * size;
-        ran.is_ok() && got.len() == expected.len() && got.iter().zip(&expected).all(near)
     }
 }
 
@@ -122,26 +195,23 @@ pub(crate) trait Rows {
     fn kept(&mut self, row: usize) -> &mut Vec<f32>;
 }
 
-/// Made-up numbers, different in each row, and what becomes of them.
-#[derive(Default)]
-struct Probe {
-    rows: [Vec<f32>; BATCH],
-    kept: [Vec<f32>; BATCH],
+/// A row of zeros, and whether all that comes of it is finite.
+struct Zeros {
+    sound: bool,
+    kept: Vec<f32>,
 }
 
-impl Rows for Probe {
-    fn fill(&self, port: usize, row: usize, target: &mut [f32]) {
-        for (slot, number) in target.iter_mut().enumerate() {
-            *number = ((port * 7 + row * 31 + slot * 13) as f32).sin();
-        }
+impl Rows for Zeros {
+    fn fill(&self, _port: usize, _row: usize, target: &mut [f32]) {
+        target.fill(0.0);
     }
 
-    fn take(&mut self, _port: usize, row: usize, source: &[f32]) {
-        self.rows[row].extend_from_slice(source);
+    fn take(&mut self, _port: usize, _row: usize, source: &[f32]) {
+        self.sound &= finite(source);
     }
 
-    fn kept(&mut self, row: usize) -> &mut Vec<f32> {
-        &mut self.kept[row]
+    fn kept(&mut self, _row: usize) -> &mut Vec<f32> {
+        &mut self.kept
     }
 }
 
@@ -151,6 +221,7 @@ pub(crate) enum Runner {
     /// In this memory.
     Fused(Arc<Fused>, Box<FusedMemory>),
     /// By tract.
+    #[cfg(feature = "tract")]
     Graph(Box<GraphRunner>),
 }
 
@@ -162,6 +233,7 @@ impl Runner {
     pub fn new(plans: &Plans) -> Result<Self, RuntimeError> {
         Ok(match plans {
             Plans::Fused(fused) => Self::Fused(Arc::clone(fused), Box::new(fused.memory())),
+            #[cfg(feature = "tract")]
             Plans::Graph(plans) => Self::Graph(Box::new(GraphRunner::new(plans)?)),
         })
     }
@@ -176,119 +248,10 @@ impl Runner {
                 fused.run(memory, count, rows);
                 Ok(())
             }
+            #[cfg(feature = "tract")]
             Self::Graph(runner) => runner.run(count, rows),
         }
     }
-}
-
-/// What runs a graph's plans.
-#[derive(Debug)]
-pub(crate) struct GraphRunner {
-    plans: Arc<GraphPlans>,
-    single: TypedSimpleState,
-    batched: Option<TypedSimpleState>,
-}
-
-impl GraphRunner {
-    fn new(plans: &Arc<GraphPlans>) -> Result<Self, RuntimeError> {
-        let single = plans.single.spawn();
-        Ok(Self {
-            single: single.map_err(|error| failed(plans.network, &error))?,
-            plans: Arc::clone(plans),
-            batched: None,
-        })
-    }
-
-    fn run(&mut self, count: usize, rows: &mut impl Rows) -> Result<(), RuntimeError> {
-        let network = self.plans.network;
-        let widths = &self.plans.input_widths;
-        if count >= LEAST_BATCHED
-            && self.batched.is_none()
-            && let Some(plan) = self.plans.batched()
-        {
-            self.batched = Some(plan.spawn().map_err(|error| failed(network, &error))?);
-        }
-        let mut start = 0;
-        while start < count {
-            let (end, ran) = match &mut self.batched {
-                Some(batched) if count - start >= LEAST_BATCHED => {
-                    let end = count.min(start + BATCH);
-                    (end, run(batched, widths, BATCH, start..end, rows))
-                }
-                _ => {
-                    let end = start + 1;
-                    (end, run(&mut self.single, widths, 1, start..end, rows))
-                }
-            };
-            ran.map_err(|error| failed(network, &error))?;
-            start = end;
-        }
-        Ok(())
-    }
-}
-
-/// One run of a plan for `length` rows with those of `range`, which may be fewer.
-fn run(
-    runner: &mut TypedSimpleState,
-    widths: &[usize],
-    length: usize,
-    range: Range<usize>,
-    rows: &mut impl Rows,
-) -> TractResult<()> {
-    let mut inputs: TVec<TValue> = TVec::with_capacity(widths.len());
-    for (port, &width) in widths.iter().enumerate() {
-        let mut tensor = Tensor::zero::<f32>(&[length, width])?;
-        let mut ram = tensor.try_as_plain_ram_mut()?;
-        let numbers = ram.as_slice_mut::<f32>()?;
-        for (row, target) in range.clone().zip(numbers.chunks_exact_mut(width.max(1))) {
-            rows.fill(port, row, target);
-        }
-        inputs.push(tensor.into_tvalue());
-    }
-    let outputs = runner.run(inputs)?;
-    for (port, output) in outputs.iter().enumerate() {
-        let ram = output.try_as_plain_ram()?;
-        let numbers = ram.as_slice::<f32>()?;
-        let width = (numbers.len() / length).max(1);
-        for (row, source) in range.clone().zip(numbers.chunks_exact(width)) {
-            rows.take(port, row, source);
-        }
-    }
-    Ok(())
-}
-
-/// Optimises a graph and tries it on zeros.
-fn plan(network: Network, graph: Graph) -> Result<Arc<TypedRunnableModel>, RuntimeError> {
-    let inputs = graph.inputs.iter().map(|port| {
-        Tensor::zero::<f32>(&port.shape)
-            .map(IntoTValue::into_tvalue)
-            .map_err(|error| failed(network, &error))
-    });
-    let inputs = inputs.collect::<Result<TVec<_>, _>>()?;
-    let plan = graph
-        .model
-        .into_optimized()
-        .and_then(|model| model.into_runnable())
-        .map_err(|error| failed(network, &error))?;
-    let outputs = plan.run(inputs).map_err(|error| failed(network, &error))?;
-    for (output, port) in outputs.iter().zip(&graph.outputs) {
-        if output.shape() != port.shape {
-            return Err(RuntimeError::BrokenContract {
-                network,
-                place: format!("output `{}`", port.name),
-                expected: format!("{:?}", port.shape),
-                got: format!("{:?}", output.shape()),
-            });
-        }
-        let numbers = output
-            .try_as_plain_ram()
-            .and_then(|ram| ram.as_slice::<f32>())
-            .map_err(|error| failed(network, &error))?;
-        if !finite(numbers) {
-            return Err(RuntimeError::NonFinite { network });
-        }
-    }
-    Ok(plan)
 }
 
 /// Numbers beyond this overflow in what is computed from them.
@@ -301,92 +264,4 @@ pub(crate) fn finite(numbers: &[f32]) -> bool {
     // the other.
     let bits = numbers.iter().map(|n| n.to_bits() & !(1 << 31));
     bits.fold(0, u32::max) <= LARGEST.to_bits()
-}
-
-fn failed(network: Network, error: &TractError) -> RuntimeError {
-    RuntimeError::Inference {
-        network,
-        reason: format!("{error:#}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    #[cfg(feature = "guests")]
-    use dynaskin_onnx::{Graph, Precision, Steps, WriteError};
-
-    /// The networks of a shipped model.
-    fn shipped(network: Network) -> GraphPlans {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/female");
-        let path = format!("{folder}/{network}.onnx");
-        let onnx_bytes = std::fs::read(path).expect("a shipped network");
-        let graph = read(network, &onnx_bytes, 1).expect("a valid graph");
-        GraphPlans::new(network, &onnx_bytes, graph).expect("a network that runs")
-    }
-
-    #[test]
-    fn the_shipped_networks_can_be_batched() {
-        for network in [Network::Predictor, Network::Decoder] {
-            assert!(shipped(network).batched().is_some(), "{network}");
-        }
-    }
-
-    #[cfg(feature = "guests")]
-    #[test]
-    fn convolutions_can_be_batched() {
-        let plans = || -> anyhow::Result<GraphPlans> {
-            let onnx_bytes = convolutional_decoder()?;
-            let graph = read(Network::Decoder, &onnx_bytes, 1)?;
-            Ok(GraphPlans::new(Network::Decoder, &onnx_bytes, graph)?)
-        };
-        let plans = plans().expect("a network that runs");
-        assert!(plans.batched().is_some());
-    }
-
-    /// Four numbers to eleven vertices through every operator that DSNet's decoder has.
-    #[cfg(feature = "guests")]
-    fn convolutional_decoder() -> Result<Vec<u8>, WriteError> {
-        let mut graph = Graph::new("decoder");
-        let weights = |graph: &mut Graph, name: &str, shape: &[usize]| {
-            let count: usize = shape.iter().product();
-            let numbers: Vec<f32> = (0..count).map(|i| (i as f32 * 1.7).sin()).collect();
-            graph.weights(name, shape, &numbers, Precision::Half)
-        };
-        let latent = graph.input("latent", &[1, 4])?;
-        let dense = weights(&mut graph, "dense", &[4, 18])?;
-        let up = weights(&mut graph, "up", &[3, 2, 5])?;
-        let up_bias = weights(&mut graph, "up bias", &[2])?;
-        let out = weights(&mut graph, "out", &[3, 2, 1])?;
-        let out_bias = weights(&mut graph, "out bias", &[3])?;
-        let x = graph.matmul(&latent, &dense)?;
-        let x = graph.reshape(&x, &[1, 3, 6])?;
-        let steps = Steps {
-            stride: 2,
-            padding: 2,
-            output_padding: 0,
-        };
-        let x = graph.conv_transpose1d(&x, &up, &up_bias, steps)?;
-        let x = graph.relu(&x);
-        let steps = Steps {
-            stride: 1,
-            padding: 0,
-            output_padding: 0,
-        };
-        let x = graph.conv1d(&x, &out, &out_bias, steps)?;
-        let x = graph.exp(&x);
-        let offsets = graph.transpose(&x, &[0, 2, 1])?;
-        graph.output("offsets", &offsets)?;
-        Ok(graph.into_bytes())
-    }
-
-    #[test]
-    fn a_batch_that_disagrees_is_not_used() {
-        let plans = shipped(Network::Decoder);
-        let other = shipped(Network::Predictor);
-        let wrong = other.batched().expect("a batched plan");
-        assert!(!plans.agrees(wrong));
-        // A single row in the batch's place gives no eight rows.
-        assert!(!plans.agrees(&plans.single));
-    }
 }

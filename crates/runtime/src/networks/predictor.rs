@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::fused::Seldom;
-use super::plans::{Plans, Rows, Runner, finite};
-use crate::onnx::{Graph, broken, names, read, row};
+use super::plans::{NetworkFile, Plans, Rows, Runner, finite};
+use crate::ports::{broken, names, row};
 use crate::{Network, RuntimeError};
 
 const NETWORK: Network = Network::Predictor;
@@ -76,34 +76,41 @@ pub struct PredictorSession {
 }
 
 impl Predictor {
-    /// Reads `onnx_bytes` and checks it against the contract.
+    /// Reads `bytes`, an ONNX or a lowered file, and checks it against the contract.
     ///
     /// # Errors
-    /// What is wrong with the file: [`RuntimeError::NotOnnx`] and its like;
-    /// [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]
-    /// where a run on zeros does not give finite numbers.
-    pub fn load(onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
-        Self::load_conditioned(onnx_bytes, 0)
+    /// What is wrong with the file: [`RuntimeError::NotOnnx`] and its like, or
+    /// [`RuntimeError::NotLowered`]; [`RuntimeError::NeedsLowered`] for ONNX without the feature
+    /// `tract`; [`RuntimeError::BrokenContract`], [`RuntimeError::Inference`],
+    /// [`RuntimeError::NonFinite`] where a run on zeros does not give finite numbers.
+    pub fn load(bytes: &[u8]) -> Result<Self, RuntimeError> {
+        Self::load_conditioned(bytes, 0)
     }
 
-    /// As [`Self::load`], for a predictor whose last `condition_count` features are about the body.
+    /// As [`Self::load`], for a predictor whose last `condition_count` features are about the body
+    /// (a lowered file says so itself).
     /// What depends on them alone is calculated again only when they change; they may change at
     /// any tick.
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn load_conditioned(
-        onnx_bytes: &[u8],
-        condition_count: usize,
-    ) -> Result<Self, RuntimeError> {
-        let graph = read(NETWORK, onnx_bytes, 1)?;
-        let ports = PredictorPorts::of(&graph)?;
-        let (port, feature_count) = row(NETWORK, &graph.inputs, "features")?;
-        let seldom = Seldom {
-            port,
-            numbers: feature_count.saturating_sub(condition_count)..feature_count,
-        };
-        let plans = Plans::new(NETWORK, onnx_bytes, graph, Some(seldom))?;
+    pub fn load_conditioned(bytes: &[u8], condition_count: usize) -> Result<Self, RuntimeError> {
+        let file = NetworkFile::read(NETWORK, bytes)?;
+        let ports = PredictorPorts::of(&file)?;
+        let seldom = seldom(&file, condition_count)?;
+        let plans = file.into_plans(Some(seldom))?;
+        Ok(Self { plans, ports })
+    }
+
+    /// As [`Self::load`], run by tract: the reference.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    #[cfg(feature = "tract")]
+    pub(super) fn load_plain(onnx_bytes: &[u8]) -> Result<Self, RuntimeError> {
+        let file = NetworkFile::read(NETWORK, onnx_bytes)?;
+        let ports = PredictorPorts::of(&file)?;
+        let plans = file.into_plain_plans()?;
         Ok(Self { plans, ports })
     }
 
@@ -123,8 +130,20 @@ impl Predictor {
     }
 }
 
+/// Which inputs of the predictor change seldom: the last `condition_count` features.
+///
+/// # Errors
+/// [`RuntimeError::BrokenContract`] where there are no features.
+pub(super) fn seldom(file: &NetworkFile, condition_count: usize) -> Result<Seldom, RuntimeError> {
+    let (port, feature_count) = row(NETWORK, &file.inputs, "features")?;
+    Ok(Seldom {
+        port,
+        numbers: feature_count.saturating_sub(condition_count)..feature_count,
+    })
+}
+
 impl PredictorPorts {
-    fn of(graph: &Graph) -> Result<Self, RuntimeError> {
+    fn of(graph: &NetworkFile) -> Result<Self, RuntimeError> {
         let (_, feature_count) = row(NETWORK, &graph.inputs, "features")?;
         let (latent, latent_count) = row(NETWORK, &graph.outputs, "latent")?;
         let mut inputs = Vec::new();

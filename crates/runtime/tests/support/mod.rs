@@ -227,6 +227,7 @@ pub fn bundle_of(size: Size, predictor: &[u8], decoder: &[u8]) -> Bundle {
         body: BundleFile::of("body.glb", b"made in memory"),
         predictor: BundleFile::of("predictor.onnx", predictor),
         decoder: BundleFile::of("decoder.onnx", decoder),
+        lowered: None,
         feature_kind: FeatureKind::Inertial,
         feature_count: INERTIAL_FEATURE_COUNT,
         latent_count: size.latents,

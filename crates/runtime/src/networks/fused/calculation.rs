@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use super::functions::{Binary, Unary};
+
 /// One number of a row's calculation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Element {
@@ -68,24 +70,6 @@ pub(super) struct Weights {
     pub columns: usize,
     /// Row by row.
     pub numbers: Vec<f32>,
-}
-
-/// Functions of one number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unary {
-    Exp,
-    Log,
-    Sigmoid,
-    Tanh,
-}
-
-/// Functions of two numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Binary {
-    Add,
-    Max,
-    Mul,
-    Sub,
 }
 
 impl Calculation {

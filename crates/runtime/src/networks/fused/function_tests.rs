@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::calculation::{Binary, Unary};
+use super::functions::{Binary, Unary};
 use super::{kernels, reference};
 
 /// `function` of numbers from `range`.

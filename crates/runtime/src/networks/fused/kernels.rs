@@ -7,10 +7,13 @@
 use wide::bytemuck::cast;
 use wide::{f32x4, i32x4};
 
-use super::calculation::{Binary, Unary};
+use super::functions::{Binary, Unary};
 
 /// Numbers that are worked on at once.
 pub(super) const LANES: usize = 4;
+
+/// Most columns of a strip: their sums fit into the registers.
+pub(super) const MOST_COLUMNS: usize = 24;
 
 /// Writes `first + Σ x[place] · weights` for `4 N` columns to `target`; `weights` has a line of them
 /// for each of `places`. `first` is where the columns start from; they start from 0 where it is empty.

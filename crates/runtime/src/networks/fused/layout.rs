@@ -4,8 +4,12 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::calculation::{Calculation, Element, Sum, Term, Vector};
-use super::program::{Multiply, Program, SPARE, Step};
+use super::kernels::LANES;
+use super::program::{Multiply, Program, Step};
 use super::strips::{Strip, strips};
+
+/// Numbers of room behind what a step writes: it works in steps of four.
+const SPARE: usize = LANES;
 
 /// A list in more stretches than one for so many numbers is put together before it is used.
 const NUMBERS_PER_STRETCH: usize = 8;

@@ -7,29 +7,41 @@
 //! body alone and the rest (`once`), and laid out as steps over one stretch of memory (`layout`,
 //! `strips`, `program`). docs/design/fused.md has the reasons and the figures.
 
+#[cfg(feature = "tract")]
 mod calculation;
 #[cfg(test)]
 mod function_tests;
+mod functions;
 mod kernels;
+#[cfg(feature = "tract")]
 mod layout;
+#[cfg(feature = "tract")]
 mod once;
+#[cfg(feature = "tract")]
 mod operator;
+mod parts;
 mod program;
+#[cfg(feature = "tract")]
 mod recognise;
-#[cfg(test)]
+#[cfg(all(test, feature = "tract"))]
 mod reference;
+#[cfg(feature = "tract")]
 mod strips;
-#[cfg(test)]
+#[cfg(all(test, feature = "tract"))]
 mod tests;
 
 use std::ops::Range;
 
+#[cfg(feature = "tract")]
 use tract_core::prelude::TypedModel;
 
 use super::plans::{BATCH, Rows};
-use once::Parts;
+#[cfg(feature = "tract")]
 pub(super) use operator::operator;
+pub(super) use parts::FusedParts;
 use program::{Memory, Program};
+#[cfg(feature = "tract")]
+pub(super) use recognise::Unrecognised;
 
 /// Numbers of an input that change seldom.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,15 +75,19 @@ pub(super) struct FusedMemory {
 }
 
 impl Fused {
-    /// The graph `model`, of one row, fused; none where an operator of it is not known here.
-    pub fn new(model: &TypedModel, seldom: Option<Seldom>) -> Option<Self> {
+    /// The graph `model`, of one row, fused.
+    ///
+    /// # Errors
+    /// The first node that is not known here.
+    #[cfg(feature = "tract")]
+    pub fn new(model: &TypedModel, seldom: Option<Seldom>) -> Result<Self, Unrecognised> {
         let calculation = recognise::recognise(model)?;
         let parts = seldom.as_ref().and_then(|seldom| {
             let Seldom { port, numbers } = seldom.clone();
             once::part(&calculation, port, numbers)
         });
-        Some(match (parts, seldom) {
-            (Some(Parts { once, tick }), Some(seldom)) => Self {
+        Ok(match (parts, seldom) {
+            (Some(once::Parts { once, tick }), Some(seldom)) => Self {
                 once: Some(Once {
                     seldom,
                     program: layout::program(once),

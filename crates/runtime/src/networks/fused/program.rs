@@ -3,11 +3,8 @@
 
 use std::ops::Range;
 
-use super::calculation::{Binary, Unary};
+use super::functions::{Binary, Unary};
 use super::kernels;
-
-/// Numbers of room behind what a step writes: it works in steps of four.
-pub(super) const SPARE: usize = kernels::LANES;
 
 /// What runs one row, or several.
 #[derive(Debug, Default)]

@@ -17,7 +17,8 @@ use tract_core::ops::source::TypedSource;
 use tract_core::ops::{math, nn};
 use tract_core::prelude::*;
 
-use super::calculation::{Binary, Calculation, Element, Sum, Term, Unary, Vector, Weights};
+use super::calculation::{Calculation, Element, Sum, Term, Vector, Weights};
+use super::functions::{Binary, Unary};
 
 /// What a value of the graph is.
 #[derive(Clone)]
@@ -36,29 +37,53 @@ enum Known {
     Integers(Arc<Vec<i64>>),
 }
 
-/// What `model`, a graph of one row, calculates; none where it has an operator that is not known
-/// here.
-pub(super) fn recognise(model: &TypedModel) -> Option<Calculation> {
+/// A node that is not known here.
+#[derive(Clone, Debug)]
+pub(crate) struct Unrecognised {
+    /// The node's name.
+    pub node: String,
+    /// Its operator in tract.
+    pub operator: String,
+}
+
+/// What `model`, a graph of one row, calculates.
+///
+/// # Errors
+/// The first node that is not known here.
+pub(super) fn recognise(model: &TypedModel) -> Result<Calculation, Unrecognised> {
     let mut graph = Recognition {
         model,
         values: HashMap::new(),
         calculation: Calculation::default(),
     };
-    for outlet in model.input_outlets().ok()? {
-        graph.add_input(*outlet)?;
+    let whole = |what: &str| Unrecognised {
+        node: what.to_owned(),
+        operator: "none".to_owned(),
+    };
+    let at = |outlet: &OutletId| {
+        let node = &model.nodes[outlet.node];
+        Unrecognised {
+            node: node.name.clone(),
+            operator: node.op.name().into_owned(),
+        }
+    };
+    for outlet in model.input_outlets().map_err(|_| whole("the inputs"))? {
+        graph.add_input(*outlet).ok_or_else(|| at(outlet))?;
     }
-    for id in model.eval_order().ok()? {
+    for id in model.eval_order().map_err(|_| whole("the order"))? {
         let node = &model.nodes[id];
         if !node.op_is::<TypedSource>() {
-            let known = graph.node(node)?;
-            graph.values.insert(OutletId::new(id, 0), known);
+            let outlet = OutletId::new(id, 0);
+            let known = graph.node(node).ok_or_else(|| at(&outlet))?;
+            graph.values.insert(outlet, known);
         }
     }
-    for outlet in model.output_outlets().ok()? {
-        let (_, elements) = graph.values.get(outlet)?.elements()?;
+    for outlet in model.output_outlets().map_err(|_| whole("the outputs"))? {
+        let elements = graph.values.get(outlet).and_then(Known::elements);
+        let (_, elements) = elements.ok_or_else(|| at(outlet))?;
         graph.calculation.outputs.push(elements.to_vec());
     }
-    Some(graph.calculation)
+    Ok(graph.calculation)
 }
 
 struct Recognition<'a> {

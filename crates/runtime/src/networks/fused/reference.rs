@@ -1,6 +1,7 @@
 //! What a [`Calculation`] gives, written to be read: what tests hold programs to.
 
-use super::calculation::{Binary, Calculation, Element, Sum, Unary, Vector};
+use super::calculation::{Calculation, Element, Sum, Vector};
+use super::functions::{Binary, Unary};
 
 /// The outputs from the inputs, both by port.
 pub(super) fn run(calculation: &Calculation, inputs: &[Vec<f32>]) -> Vec<Vec<f32>> {

@@ -8,10 +8,7 @@
 use std::ops::Range;
 
 use super::calculation::Sum;
-use super::kernels::LANES;
-
-/// Most columns of a strip: their sums fit into the registers.
-const MOST_COLUMNS: usize = 24;
+use super::kernels::{LANES, MOST_COLUMNS};
 
 /// What a row costs beside its multiplications, in multiplications of four numbers.
 const ROW_COST: f32 = 0.75;

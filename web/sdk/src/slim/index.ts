@@ -1,0 +1,24 @@
+/**
+ * dynaskin with a core of a fraction of the size: the same as the main entry, without tract, which reads
+ * and runs ONNX files. It plays bundles whose networks `dynaskin slim` has lowered, and says so where a
+ * bundle's are not.
+ *
+ * @module
+ */
+import { type LoadOptions, loadForm } from "../load.js";
+import type { Model } from "../model.js";
+
+export * from "../index.js";
+
+/**
+ * Loads a model as the main entry's `load` does, with the lowered networks that `bundle.json` names;
+ * of {@link ModelFiles}, `predictor` and `decoder` are the lowered files. A page has one core: after the
+ * main entry's `load`, this one uses that core, which plays both kinds of files.
+ *
+ * @throws DynaSkinError as `load` of the main entry; `bundle` where the bundle names no lowered networks,
+ *   `network` for an ONNX file and for files of another version of dynaskin
+ */
+export async function load(options: LoadOptions): Promise<Model> {
+  const wasm = options?.wasm ?? new URL("../wasm/slim_bg.wasm", import.meta.url);
+  return loadForm({ ...options, wasm }, "lowered");
+}
