@@ -95,6 +95,7 @@ export function makeInThree(THREE, model, options = {}) {
   const attributes = {
     position: new THREE.BufferAttribute(positions, 3),
     normal: new THREE.BufferAttribute(normals, 3),
+    color: new THREE.BufferAttribute(model.body.colors, 4, true),
     skinIndex: new THREE.BufferAttribute(model.body.skinJoints, 4),
     skinWeight: new THREE.BufferAttribute(model.body.skinWeights, 4),
   };
@@ -114,7 +115,7 @@ export function makeInThree(THREE, model, options = {}) {
       geometry.setAttribute(name, attribute);
     }
     geometry.setIndex(new THREE.BufferAttribute(corners, 1));
-    const material = new THREE.MeshStandardMaterial({ color: 0x8a9bb0 });
+    const material = new THREE.MeshStandardMaterial({ vertexColors: true });
     material.name = MATERIALS[part] ?? "";
     const mesh = new THREE.SkinnedMesh(geometry, material);
     mesh.name = `part ${part}`;

@@ -25,10 +25,10 @@ export function playInBabylon(webgpu) {
     canvas.height = SIZE;
     document.body.append(canvas);
     const scene = new Scene(await createEngine(canvas, webgpu));
-    const camera = new ArcRotateCamera("camera", -1.3, 1.5, 3.6, new Vector3(0, 1, 0), scene);
+    const camera = new ArcRotateCamera("camera", 1.3, 1.5, 3.2, new Vector3(0, 1, 0), scene);
     camera.minZ = 0.1;
     new HemisphericLight("sky", new Vector3(0, 1, 0), scene).intensity = 0.6;
-    new DirectionalLight("sun", new Vector3(0.4, -0.6, 0.7), scene);
+    new DirectionalLight("sun", new Vector3(0.4, -0.6, -0.7), scene);
     // The body as if it were somebody else's: its file has bones and quantised vertices.
     const { meshes } = await ImportMeshAsync(`${MODEL_URL}body.glb`, scene);
     const root = meshes[0];

@@ -41,7 +41,7 @@ export async function bindAndPlay(stage) {
   }
   tissue.avatar.reset();
   for (let tick = 0; tick <= moment; tick += 1) play(tick);
-  tissue.avatar.strength = 3;
+  tissue.avatar.strength = 2;
   tissue.show();
   const withTissue = await draw();
   tissue.avatar.strength = 0;
