@@ -2,9 +2,6 @@
 
 use crate::{BodyMesh, drape::Drape, gpu_data::MaterialUniform, paint::Paint};
 
-/// SMPL's joint of the head.
-const HEAD_JOINT: u8 = 15;
-
 /// Plaster and dyed plaster, in linear sRGB.
 const PLASTER_LINEAR: [f32; 3] = [0.56, 0.535, 0.51];
 const DYED_LINEAR: [f32; 3] = [0.135, 0.175, 0.215];
@@ -12,8 +9,8 @@ const DYED_LINEAR: [f32; 3] = [0.135, 0.175, 0.215];
 /// How a body is shown; as it is painted and as its surface is unless it says otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Look {
-    /// Matt plaster in place of skin and cloth, and a head without features. Bodies that are not painted
-    /// in skin and cloth keep their colours.
+    /// Matt plaster in place of skin and cloth. Bodies that are not painted in skin and cloth keep their
+    /// colours.
     pub sculpture: bool,
     /// Painted clothes span hollows and rises of the skin instead of following each. Needs some
     /// hundred thousand additions a frame.
@@ -25,21 +22,17 @@ pub struct Look {
 pub(crate) struct Looks {
     painted: MaterialUniform,
     cloth: Option<Drape>,
-    cloth_and_head: Option<Drape>,
-    head: Option<Drape>,
 }
 
 impl Looks {
     pub fn new(mesh: &BodyMesh<'_>, paint: &Paint) -> Self {
-        let head = head_shares(mesh);
-        let none = vec![0.0; mesh.vertex_count()];
-        let cloth = paint.cloth_shares().unwrap_or_else(|| none.clone());
-        let both: Vec<f32> = head.iter().zip(&cloth).map(|(a, b)| a.max(*b)).collect();
+        let cloth = paint.cloth_shares().and_then(|shares| {
+            let inside: Vec<bool> = shares.iter().map(|&share| share > 0.99).collect();
+            Drape::new(&inner_shares(&inside, mesh.faces), mesh.faces)
+        });
         Self {
             painted: paint.material,
-            cloth: Drape::new(&cloth, mesh.faces),
-            cloth_and_head: Drape::new(&both, mesh.faces),
-            head: Drape::new(&head, mesh.faces),
+            cloth,
         }
     }
 
@@ -64,26 +57,62 @@ impl Looks {
 
     /// What is smoothed in a look.
     pub fn drape(&self, look: Look) -> Option<&Drape> {
-        match (look.sculpture, look.draped) {
-            (false, false) => None,
-            (false, true) => self.cloth.as_ref(),
-            (true, false) => self.head.as_ref(),
-            (true, true) => self.cloth_and_head.as_ref(),
-        }
+        self.cloth.as_ref().filter(|_| look.draped)
     }
 }
 
-/// How much of each vertex the head moves; the neck goes over into it.
-fn head_shares(mesh: &BodyMesh<'_>) -> Vec<f32> {
-    let joints = mesh.skin_joints.as_chunks::<4>().0;
-    let weights = mesh.skin_weights.as_chunks::<4>().0;
-    let of_head = |(joints, weights): (&[u8; 4], &[f32; 4])| {
-        let pairs = joints.iter().zip(weights);
-        let share: f32 = pairs
-            .filter(|(joint, _)| **joint == HEAD_JOINT)
-            .map(|(_, w)| w)
-            .sum();
-        ((share - 0.5) * 2.0).clamp(0.0, 1.0)
-    };
-    joints.iter().zip(weights).map(of_head).collect()
+/// Rings of triangles from the hem inwards over which the cloth comes to be free of the skin: the hem
+/// itself is held, or it would wander and fray.
+const HEM_RINGS: usize = 4;
+
+/// How freely each vertex moves: 0 outside and at the hem of what is `inside`, 1 some rings further in.
+fn inner_shares(inside: &[bool], faces: &[u32]) -> Vec<f32> {
+    let mut rings: Vec<usize> = inside
+        .iter()
+        .map(|&is_inside| if is_inside { HEM_RINGS } else { 0 })
+        .collect();
+    for ring in 1..HEM_RINGS {
+        let before = rings.clone();
+        for face in faces.as_chunks::<3>().0 {
+            let corners = face.map(|corner| corner as usize);
+            if corners.iter().all(|&corner| before[corner] >= ring) {
+                continue;
+            }
+            for corner in corners {
+                rings[corner] = rings[corner].min(ring);
+            }
+        }
+    }
+    let share = |ring: usize| (ring.max(1) - 1) as f32 / (HEM_RINGS - 1) as f32;
+    rings.into_iter().map(share).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cloth_is_held_at_its_hem_and_free_further_in() {
+        // A strip of 12 rows of two vertices; cloth from row 3 on.
+        let faces: Vec<u32> = (0..11)
+            .flat_map(|row| {
+                let at = 2 * row;
+                [at, at + 1, at + 2, at + 1, at + 3, at + 2]
+            })
+            .collect();
+        let inside: Vec<bool> = (0..24).map(|idx| idx >= 6).collect();
+        let shares = inner_shares(&inside, &faces);
+        for (row, pair) in shares.as_chunks::<2>().0.iter().enumerate() {
+            let expected = match row {
+                0..=3 => 0.0,
+                4 => 1.0 / 3.0,
+                5 => 2.0 / 3.0,
+                _ => 1.0,
+            };
+            assert!(
+                pair.iter().all(|share| (share - expected).abs() < 1e-6),
+                "{row}: {pair:?}"
+            );
+        }
+    }
 }

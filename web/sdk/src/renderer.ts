@@ -155,7 +155,7 @@ export interface Placement {
 
 /** How a body is shown. */
 export interface Look {
-  /** Matt plaster and a head without features, instead of skin and cloth as painted; false by default. */
+  /** Matt plaster instead of skin and cloth as painted; false by default. */
   readonly sculpture?: boolean;
   /**
    * Painted clothes span hollows and rises of the skin instead of following each; false by default. The

@@ -18,6 +18,8 @@ const TOLERANCE: f32 = 0.02;
 pub(crate) struct Guard {
     /// Two vertices, and whether each is soft: a vertex that is not stays where it is.
     edges: Vec<([u32; 2], [bool; 2])>,
+    /// The triangles with a soft corner, and which corners are soft.
+    faces: Vec<([u32; 3], [bool; 3])>,
 }
 
 impl Guard {
@@ -25,16 +27,21 @@ impl Guard {
     pub fn new(faces: &[[u32; 3]], soft: &[bool]) -> Self {
         let mut known = HashSet::new();
         let mut edges = Vec::new();
+        let is_soft = |vertex: u32| soft[vertex as usize];
         for &[a, b, c] in faces {
             for pair in [[a, b], [b, c], [c, a]] {
-                let ends = pair.map(|vertex| soft[vertex as usize]);
+                let ends = pair.map(is_soft);
                 let key = [pair[0].min(pair[1]), pair[0].max(pair[1])];
                 if ends != [false; 2] && known.insert(key) {
                     edges.push((pair, ends));
                 }
             }
         }
-        Self { edges }
+        let corners = faces.iter().map(|face| (*face, face.map(is_soft)));
+        Self {
+            edges,
+            faces: corners.filter(|(_, soft)| *soft != [false; 3]).collect(),
+        }
     }
 
     /// Limits `offsets_m` from `rest_m` (both of all vertices) to `max_strain`, as a share of each edge's
@@ -50,6 +57,35 @@ impl Guard {
             };
             if !moved {
                 break;
+            }
+            has_moved = true;
+        }
+        // Thin triangles can still turn over within that.
+        for _ in 0..MOST_SWEEPS {
+            if !self.unfold(rest_m, offsets_m) {
+                break;
+            }
+            has_moved = true;
+        }
+        has_moved
+    }
+
+    /// Moves the corners of triangles that face the other way as one. Returns whether there were any.
+    fn unfold(&self, rest_m: &[Vec3], offsets_m: &mut [Vec3]) -> bool {
+        let mut has_moved = false;
+        for &(face, soft) in &self.faces {
+            let [a, b, c] = face.map(|corner| corner as usize);
+            let normal = |[a_m, b_m, c_m]: [Vec3; 3]| (b_m - a_m).cross(c_m - a_m);
+            let before = normal([rest_m[a], rest_m[b], rest_m[c]]);
+            let moved_m = [a, b, c].map(|corner| rest_m[corner] + offsets_m[corner]);
+            if before.dot(normal(moved_m)) >= 0.0 {
+                continue;
+            }
+            let mean_m = (offsets_m[a] + offsets_m[b] + offsets_m[c]) / 3.0;
+            for (corner, is_soft) in [a, b, c].into_iter().zip(soft) {
+                if is_soft {
+                    offsets_m[corner] = mean_m;
+                }
             }
             has_moved = true;
         }
@@ -124,6 +160,11 @@ mod tests {
         assert!(guard.limit(&rest_m, &mut offsets_m, 0.6));
         let strain = largest_strain(&rest_m, &offsets_m, &faces);
         assert!(strain < 0.75, "{strain}");
+        let normal = |[a, b, c]: [u32; 3]| {
+            let at = |vertex: u32| rest_m[vertex as usize] + offsets_m[vertex as usize];
+            (at(b) - at(a)).cross(at(c) - at(a))
+        };
+        assert!(faces.iter().all(|face| normal(*face).z >= 0.0));
         for idx in [0, 1, 78, 79] {
             assert_eq!(offsets_m[idx], Vec3::ZERO);
         }
