@@ -146,7 +146,8 @@ fn read_traits(body: &Path) -> anyhow::Result<Vec<Trait>> {
     }
     let text = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
     serde_json::from_slice(&text).with_context(|| {
-        let remedy = "dynaskin body build writes it anew; without it, bundles know no shapes in words";
+        let remedy =
+            "dynaskin body build writes it anew; without it, bundles know no shapes in words";
         format!("{} holds no traits ({remedy})", path.display())
     })
 }
