@@ -1,4 +1,4 @@
-// npm run test:consumers: packs the SDK, installs the tarball in applications made with the usual
+// npm run test:consumers: packs the SDK and the models, installs the tarballs in applications made with the usual
 // tools, and opens each in Chromium. Needs the network once, so it is not part of npm test.
 // `npm run test:consumers -- build open` repeats only the named steps. The size limits are for the
 // WebAssembly that is published: run `npm run build` before.
@@ -15,15 +15,19 @@ import {
 } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { CACHE, MODELS, ROOT, SDK } from "./lib/paths.mjs";
+import { CACHE, MODELS, ROOT } from "./lib/paths.mjs";
 import { freePorts } from "./lib/ports.mjs";
 import { main, run, say, step } from "./lib/run.mjs";
 import { serve } from "./lib/serve.mjs";
+import { packAll } from "./pack.mjs";
 import { buildSdk, tscProgram } from "./sdk.mjs";
 import { findChromium } from "./toolchain.mjs";
 
 const FOLDER = join(CACHE, "consumers");
 const TARBALL = join(FOLDER, "dynaskin.tgz");
+
+/** What is packed and installed. */
+const PACKED = ["dynaskin", "dynaskin-female", "dynaskin-male"];
 
 const NEXT = join(FOLDER, "next");
 /** The worker's own part alone has as many; what it imports, some tools put in files beside it. */
@@ -55,15 +59,12 @@ async function install() {
   cpSync(join(ROOT, "tests", "consumers"), FOLDER, { recursive: true });
   symlinkSync(MODELS, join(FOLDER, "models"));
   cpSync(MODELS, join(NEXT, "public", "models"), { recursive: true });
-  const { output } = await run("npm", ["pack", "--pack-destination", FOLDER], {
-    cwd: SDK,
-    quiet: true,
-  });
-  cpSync(join(FOLDER, output.trim().split("\n").at(-1)), TARBALL);
+  const [sdk, ...models] = await packAll(join(FOLDER, "packed"));
+  cpSync(sdk, TARBALL);
   await installLocked();
   // The version stays the same between runs, so npm would keep an old copy.
-  rmSync(installed("dynaskin"), { recursive: true, force: true });
-  await npm("install", "--no-save", "--no-audit", "--no-fund", "--omit=peer", TARBALL);
+  for (const name of PACKED) rmSync(installed(name), { recursive: true, force: true });
+  await npm("install", "--no-save", "--no-audit", "--no-fund", "--omit=peer", TARBALL, ...models);
   writePrograms();
 }
 
@@ -108,7 +109,9 @@ async function lint() {
   ]) {
     if (!existsSync(installed("dynaskin", name))) throw new Error(`The package lacks ${name}.`);
   }
-  await node("publint/src/cli.js", "run", "node_modules/dynaskin", "--strict");
+  for (const name of PACKED) {
+    await node("publint/src/cli.js", "run", `node_modules/${name}`, "--strict");
+  }
   await node(
     ...["@arethetypeswrong/cli/dist/index.js", TARBALL, "--profile", "esm-only"],
     ...["--exclude-entrypoints", "worker/thread", "--format", "ascii"],

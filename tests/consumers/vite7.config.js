@@ -6,7 +6,7 @@ const input = ["index.html", "worker.html", "readme.html", "renderer.html", "src
 export default {
   base: "/dist-vite7/",
   cacheDir: "node_modules/.vite7",
-  optimizeDeps: { exclude: ["dynaskin"] },
+  optimizeDeps: { exclude: ["dynaskin", "dynaskin-female", "dynaskin-male"] },
   build: {
     outDir: "dist-vite7",
     rollupOptions: {

@@ -1,4 +1,5 @@
 import * as dynaskin from "dynaskin";
+import { female } from "dynaskin-female";
 import { show } from "./show.js";
 
-show(dynaskin);
+show(dynaskin, female);

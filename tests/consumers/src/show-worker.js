@@ -7,10 +7,9 @@ import { createWorkerAvatar } from "dynaskin/worker";
  */
 export async function showWorker(options) {
   try {
-    const model = "/models/female/";
-    const { wasm } = options ?? {};
+    const { model = "/models/female/", wasm } = options ?? {};
     const motion = Motion.procedural("hop", (await load({ model, wasm })).createAvatar());
-    const avatar = await createWorkerAvatar({ model, ...options });
+    const avatar = await createWorkerAvatar({ ...options, model });
     let largestM = 0;
     for (let tick = 0; tick < 120; tick += 1) {
       avatar.step(motion.poseAt(tick / 60), 1 / 60);

@@ -1,7 +1,10 @@
-/** Hops for two seconds and writes the largest offset into the title, for the test to read. */
-export async function show({ load, Motion }, options = {}) {
+/**
+ * Hops for two seconds and writes the largest offset into the title, for the test to read. The model comes
+ * from a package, or from a folder if none is given.
+ */
+export async function show({ load, Motion }, source = "/models/female/") {
   try {
-    const model = await load({ model: "/models/female/", ...options });
+    const model = await load({ model: source });
     const avatar = model.createAvatar();
     const motion = Motion.procedural("hop", avatar);
     let largestM = 0;

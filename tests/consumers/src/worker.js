@@ -1,3 +1,4 @@
+import { male } from "dynaskin-male";
 import { showWorker } from "./show-worker.js";
 
-showWorker();
+showWorker({ model: male });

@@ -1,5 +1,5 @@
 // A strict TypeScript application with three.js.
-import { type Avatar, DynaSkinError, load, type Pose, restPose } from "dynaskin";
+import { type Avatar, DynaSkinError, type Figure, load, type Pose, restPose } from "dynaskin";
 import { load as loadInline } from "dynaskin/inline";
 import { load as loadSlim } from "dynaskin/slim";
 import { DynaSkin } from "dynaskin/three";
@@ -9,6 +9,8 @@ import {
   type WorkerAvatar,
   type WorkerCrowd,
 } from "dynaskin/worker";
+import { female } from "dynaskin-female";
+import { male } from "dynaskin-male/inline";
 import type { SkinnedMesh } from "three";
 
 export async function start(mesh: SkinnedMesh): Promise<DynaSkin[]> {
@@ -19,7 +21,9 @@ export async function start(mesh: SkinnedMesh): Promise<DynaSkin[]> {
   const same: typeof model = await loadInline({ model: new URL("https://example.org/female/") });
   const small: typeof model = await loadSlim({ model: "/models/female/", body: same.body });
   small.dispose();
+  for (const files of [female, male]) await load({ model: files });
   const avatar: Avatar = same.createAvatar({ shape: new Float32Array(10) });
+  avatar.setShape({ weightKg: 74, statureM: 1.66 } satisfies Figure);
   const remote: WorkerAvatar = await createWorkerAvatar({ model: "/models/female/" });
   remote.setControls("calm-clothes");
   remote.setControls({ rootInertia: 0.5, regions: { belly: { limitCm: 2 } } });
