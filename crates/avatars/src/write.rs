@@ -196,7 +196,7 @@ fn materials(recipe: &Recipe) -> Value {
             ("skin", [0.46, 0.32, 0.25]),
             ("top", [0.03, 0.2, 0.24]),
             ("leggings", [0.035, 0.04, 0.06]),
-            ("shoes", [0.42, 0.12, 0.06]),
+            ("shoes", [0.3, 0.3, 0.32]),
         ]
     } else {
         &[("skin", [0.55, 0.6, 0.7]), ("suit", [0.2, 0.3, 0.45])]
@@ -204,7 +204,8 @@ fn materials(recipe: &Recipe) -> Value {
     let of = |(name, [red, green, blue]): &(&str, [f32; 3])| {
         json!({"name": name, "pbrMetallicRoughness": {
             "baseColorFactor": [red, green, blue, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9,
-        }})
+        // One sees into collars and sleeves.
+        }, "doubleSided": recipe.sportswear})
     };
     colours.iter().map(of).collect()
 }

@@ -7,9 +7,12 @@ import { CoverageMap } from "./coverage.js";
 
 const TICK_SECONDS = 1 / 60;
 
+/** In which every motion of the page has landed, stepped or turned at least once. */
+const REHEARSED_SECONDS = 3;
+
 export type Clothes = "sportswear" | "unsupported";
 
-/** What one round of the motion shows. */
+/** What the beginning of a motion shows. */
 interface Rehearsal {
   /** Largest offset of each vertex, metres, by mesh that moves. */
   peaksM: Map<SkinnedMesh, Float32Array>;
@@ -40,7 +43,6 @@ export class BoundAvatar {
   #strength = 1;
   #clothes: Clothes = "sportswear";
   #rehearsal: Rehearsal | null = null;
-  #isMapped = false;
 
   /** `heightUnits`: how tall the avatar is in the picture. */
   constructor(model: Model, root: Object3D, binding: Binding, heightUnits: number) {
@@ -76,7 +78,7 @@ export class BoundAvatar {
   setMotion(name: MotionName): void {
     this.#motionName = name;
     this.#motion = this.#makeMotion();
-    this.#forget();
+    this.#rehearsal = null;
     this.restart();
   }
 
@@ -85,7 +87,7 @@ export class BoundAvatar {
     this.#strength = strength;
     this.#tissue.avatar.strength = strength;
     this.#tissue.show();
-    this.#forget();
+    this.#rehearsal = null;
   }
 
   /** What holds the tissue: sportswear, or nothing. */
@@ -94,7 +96,6 @@ export class BoundAvatar {
     this.#dress();
     this.#rehearsal = null;
     this.seek(this.#timeSeconds);
-    this.#forget();
   }
 
   get clothes(): Clothes {
@@ -109,7 +110,7 @@ export class BoundAvatar {
     return this.meshes.filter((mesh) => this.#excluded.has(mesh));
   }
 
-  /** Leaves a mesh as plain skinning has it, or lets it move again. */
+  /** Leaves a mesh as plain skinning has it, or lets it move again. The coverage map goes off. */
   setExcluded(mesh: SkinnedMesh, isExcluded: boolean): void {
     const was = this.#excluded.has(mesh);
     this.#mark(mesh, isExcluded);
@@ -126,7 +127,6 @@ export class BoundAvatar {
       this.#motion = this.#makeMotion();
       this.#rehearsal = null;
       this.seek(this.#timeSeconds);
-      if (this.#isMapped) this.showCoverage(true);
     }
   }
 
@@ -156,9 +156,12 @@ export class BoundAvatar {
     this.seek(this.#rehearse().momentSeconds);
   }
 
-  /** Shows which vertices move, or the avatar's own materials; gives the largest offset in metres. */
+  /**
+   * Shows which vertices move with the present settings, or the avatar's own materials.
+   *
+   * @returns the largest offset in metres
+   */
   showCoverage(isShown: boolean): number {
-    this.#isMapped = isShown;
     this.#coverage.hide();
     if (!isShown) return 0;
     const at = this.#timeSeconds;
@@ -216,12 +219,7 @@ export class BoundAvatar {
     }
   }
 
-  #forget(): void {
-    this.#rehearsal = null;
-    if (this.#isMapped) this.showCoverage(true);
-  }
-
-  /** Plays one round and looks how far each vertex goes. */
+  /** Plays the motion's beginning and looks how far each vertex goes. */
   #rehearse(): Rehearsal {
     if (this.#rehearsal) return this.#rehearsal;
     const moving = this.meshes.filter((mesh) => mesh.geometry !== this.#geometries.get(mesh));
@@ -230,11 +228,10 @@ export class BoundAvatar {
     );
     let [mostM, momentSeconds, mostSum] = [0, 0, 0];
     this.restart();
-    for (
-      let tick = 0;
-      tick * TICK_SECONDS < this.#motion.durationSeconds - TICK_SECONDS;
-      tick += 1
-    ) {
+    const ticks = Math.floor(
+      Math.min(REHEARSED_SECONDS, this.#motion.durationSeconds) / TICK_SECONDS,
+    );
+    for (let tick = 1; tick < ticks; tick += 1) {
       this.play(TICK_SECONDS);
       let sum = 0;
       for (const [mesh, peaks] of peaksM) {

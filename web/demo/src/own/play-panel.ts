@@ -44,6 +44,7 @@ export class PlayPanel {
     );
     this.#motion.addEventListener("change", () => {
       this.#try((bound) => bound.setMotion(this.#motion.value as MotionName));
+      this.#showCoverage(this.#isMapped);
     });
     this.#pause.addEventListener("click", () => this.setPlaying(!this.#isPlaying));
     byId("own-moment").addEventListener("click", () => {
@@ -51,13 +52,15 @@ export class PlayPanel {
       this.#try((bound) => bound.seekMoment());
     });
     this.#coverage.addEventListener("click", () => {
-      this.#showCoverage(this.#coverage.getAttribute("aria-checked") !== "true");
+      this.#showCoverage(!this.#isMapped);
     });
     byId("own-clothes").addEventListener("change", () => {
       this.#try((bound) => bound.setClothes(clothes()));
-      this.#showCoverage(this.#coverage.getAttribute("aria-checked") === "true");
+      this.#showCoverage(this.#isMapped);
       this.#changed();
     });
+    // A round of the motion takes too long to be played at every step of the slider.
+    byId("own-strength").addEventListener("change", () => this.#showCoverage(this.#isMapped));
     byId("own-layout").addEventListener("change", () => this.#showLayout());
   }
 
@@ -71,7 +74,7 @@ export class PlayPanel {
     bound.setClothes(clothes());
     bound.setMotion(this.#motion.value as MotionName);
     this.#showLayout();
-    this.#showCoverage(this.#coverage.getAttribute("aria-checked") === "true");
+    this.#showCoverage(this.#isMapped);
     byId("own-still").hidden = !lessMotion.matches;
     this.setPlaying(!lessMotion.matches);
     if (lessMotion.matches) bound.seekMoment();
@@ -101,6 +104,7 @@ export class PlayPanel {
   /** Leaves a mesh as it is without tissue, or lets it move. */
   exclude(mesh: SkinnedMesh, isExcluded: boolean): void {
     this.#try((bound) => bound.setExcluded(mesh, isExcluded));
+    this.#showCoverage(this.#isMapped);
     const isOut = this.#bound?.isExcluded(mesh) ?? false;
     const box = this.#boxes.get(mesh);
     if (box) box.checked = !isOut;
@@ -148,6 +152,10 @@ export class PlayPanel {
     byId("own-divider").hidden = this.#studio.layout !== "wipe";
   }
 
+  get #isMapped(): boolean {
+    return this.#coverage.getAttribute("aria-checked") === "true";
+  }
+
   #showCoverage(isShown: boolean): void {
     this.#coverage.setAttribute("aria-checked", `${isShown}`);
     this.#try((bound) => {
@@ -161,10 +169,7 @@ export class PlayPanel {
     return createSlider({
       ...{ id: "own-strength-value", label: "Strength", min: 0, max: 3, step: 0.1, value: 1 },
       format: (value) => `${value.toFixed(1)}×`,
-      onInput: (value) => {
-        this.#try((bound) => bound.setStrength(value));
-        this.#showCoverage(this.#coverage.getAttribute("aria-checked") === "true");
-      },
+      onInput: (value) => this.#try((bound) => bound.setStrength(value)),
     });
   }
 

@@ -190,7 +190,7 @@ export class Studio {
   /** A narrow picture needs more distance for arms: it gets a wider field. */
   #aim(aspect: number): void {
     this.#camera.aspect = aspect;
-    const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * Math.max(1, 0.62 / aspect);
+    const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * Math.max(1, 0.52 / aspect);
     this.#camera.fov = (Math.atan(half) * 360) / Math.PI;
     this.#camera.updateProjectionMatrix();
   }
