@@ -36,7 +36,9 @@ export function playInBabylon(webgpu) {
     const draw = async () => {
       await scene.whenReadyAsync();
       await new Promise(requestAnimationFrame);
+      scene.getEngine().beginFrame();
       scene.render();
+      scene.getEngine().endFrame();
       return canvas.toDataURL();
     };
     // It has been drawn before: buffers are on the graphics card.

@@ -118,6 +118,28 @@ describe("bindAvatar in three.js", () => {
     await expectError("avatar", () => bind(ADULT, apart));
   });
 
+  it("takes VRM's word for bones, and not that of the normalised ones", async () => {
+    const { root, meshes } = makeInThree(THREE, model);
+    const bones = meshes[0]?.skeleton.bones ?? [];
+    for (const [joint, bone] of bones.entries()) bone.userData.name = `b${joint}`;
+    const named = ["hips", "leftUpperLeg", "rightUpperLeg", "spine", "leftLowerLeg"];
+    named.push("rightLowerLeg", "chest", "leftFoot", "rightFoot", "upperChest", "leftToes");
+    named.push("rightToes", "neck", "leftShoulder", "rightShoulder", "head", "leftUpperArm");
+    named.push("rightUpperArm", "leftLowerArm", "rightLowerArm", "leftHand", "rightHand");
+    const humanBones = Object.fromEntries(
+      named.map((name, joint) => [name, { node: bones[joint] as THREE.Object3D }]),
+    );
+    const rig = new THREE.Group();
+    rig.name = "VRMHumanoidRig";
+    root.add(rig);
+    const found = await bindAvatar(model, root, { ...ADULT, vrm: { humanoid: { humanBones } } });
+    expect(found.report.bones).toContainEqual({ joint: "left_hip", bone: "b1" });
+    expect(found.report.missing).toEqual(["left_hand", "right_hand"]);
+    expect(found.report.notes).toEqual([]);
+    const byShape = await bindAvatar(model, root, ADULT);
+    expect(byShape.report.notes.join()).toContain("names tell nothing");
+  });
+
   it("wherever the avatar stands and whatever its arrays are", async () => {
     const variants: Options[] = [{ unitsPerM: 100 }, { quantised: true }, { split: true }];
     for (const options of variants) {

@@ -33,7 +33,8 @@ export interface BindOptions extends AnyBindOptions {
 
 /**
  * Finds out how a body's tissue moves an avatar: its bones, its shape, and where its skin lies on the body.
- * The pose and the place in which the avatar stands do not matter; nothing of it is changed.
+ * Bind it as it was loaded, before an animation leans its pelvis; where it stands, and how large, does not
+ * matter. Nothing of it is changed.
  *
  * ```ts
  * const { meshes } = await ImportMeshAsync("/me.glb", scene);

@@ -121,23 +121,28 @@ export abstract class TissueDriver<Mesh extends object> {
     const core = model.core;
     const rig = rigOf();
     const raw = binding.open(model);
-    const claimed: Mesh[] = [];
+    // Given back, last first, where the rest fails.
+    const taken: (() => void)[] = [];
     try {
       const bound = rig.surfaces.map((surface) => meshOf(core, raw, surface));
       const bones = core.guard(() => raw.bones()) as RigBone[];
       checkBones(rig.findBones(bones, bound));
       for (const mesh of rig.meshes) {
         claimMesh(mesh);
-        claimed.push(mesh);
+        taken.push(() => releaseMesh(mesh));
       }
       const { poseSource } = options;
       const shape = core.guard(() => raw.shape());
-      this.avatar = model.createAvatar({ shape, ...(poseSource && { poseSource }) });
-      this.#raw = core.guard(() => new core.glue.CoreTissue(raw, this.avatar.raw));
-      this.#bones = new WorldMatrices(core, this.#raw, bones.length);
-      this.#moving = addSurfaces(core, this.#raw, rig.surfaces, bound);
+      const avatar = model.createAvatar({ shape, ...(poseSource && { poseSource }) });
+      taken.push(() => avatar.dispose());
+      const tissue = core.guard(() => new core.glue.CoreTissue(raw, avatar.raw));
+      taken.push(() => core.free(tissue));
+      this.avatar = avatar;
+      this.#raw = tissue;
+      this.#bones = new WorldMatrices(core, tissue, bones.length);
+      this.#moving = addSurfaces(core, tissue, rig.surfaces, bound);
     } catch (error) {
-      claimed.forEach(releaseMesh);
+      for (const giveBack of taken.reverse()) giveBack();
       throw error;
     } finally {
       core.free(raw);
