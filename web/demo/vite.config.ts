@@ -15,6 +15,9 @@ const WASM = join(SDK, "wasm");
 /** The core with the code of the compared methods, which the package's is without. */
 const GUESTS = join(import.meta.dirname, "wasm", "core_bg.wasm");
 
+/** Where the page will be, with a slash at its end: links to it show its picture only from a full address. */
+const SITE = process.env.DYNASKIN_SITE ?? "./";
+
 const namesIn = (folder: string) => (existsSync(folder) ? readdirSync(folder).toSorted() : []);
 
 /** Names of the methods whose bundles lie under `models/BODY/methods`, by body. */
@@ -88,7 +91,10 @@ function filledPage(): Plugin {
       const { version } = JSON.parse(readFileSync(join(SDK, "..", "package.json"), "utf8")) as {
         version: string;
       };
-      return html.replace("<!-- results -->", resultsTable()).replace("%VERSION%", version);
+      return html
+        .replace("<!-- results -->", resultsTable())
+        .replace("%VERSION%", version)
+        .replaceAll("%SITE%", SITE);
     },
   };
 }
@@ -152,14 +158,16 @@ function coreWithGuests(): Plugin {
   };
 }
 
-/** The licences of what is in the WebAssembly, beside the page. */
-function wasmNotices(): Plugin {
-  const fileName = "licences-wasm.txt";
+/** The licences of what is in the WebAssembly, and the picture that links to the page show, beside the page. */
+function besidePage(): Plugin {
+  const docs = join(import.meta.dirname, "..", "..", "docs");
   return {
-    name: "wasm-notices",
+    name: "beside-page",
     generateBundle() {
       const source = readFileSync(join(SDK, "..", "THIRD_PARTY_NOTICES.txt"), "utf8");
-      this.emitFile({ type: "asset", fileName, source });
+      this.emitFile({ type: "asset", fileName: "licences-wasm.txt", source });
+      const picture = readFileSync(join(docs, "demo-first-view.jpg"));
+      this.emitFile({ type: "asset", fileName: "poster.jpg", source: picture });
     },
   };
 }
@@ -174,7 +182,7 @@ export default defineConfig({
     virtualModule("virtual:methods", findMethods),
     virtualModule("virtual:traits", readTraits),
     virtualModule("virtual:sizes", measureFiles),
-    wasmNotices(),
+    besidePage(),
     filledPage(),
     preloads(),
   ],
@@ -185,5 +193,7 @@ export default defineConfig({
     target: "es2022",
     chunkSizeWarningLimit: 1000,
     license: { fileName: "licences-npm.md" },
+    // What is asked for after the first view, by name.
+    rolldownOptions: { output: { chunkFileNames: "assets/later-[name]-[hash].js" } },
   },
 });
