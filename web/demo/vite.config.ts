@@ -112,13 +112,15 @@ function preloads(): Plugin {
       handler(_html, { bundle }) {
         const wasm = Object.keys(bundle ?? {}).filter((name) => name.endsWith(".wasm"));
         const model = ["bundle.json", "body.glb", "predictor.onnx", "decoder.onnx"];
-        const begin =
-          "{ " +
-          "const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';" +
-          `for (const name of ${JSON.stringify(model)}) {` +
-          "const link = document.createElement('link');" +
-          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', href: `./${sex}/${name}` });" +
-          "document.head.append(link); } }";
+        const begin = [
+          "{ const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';",
+          `for (const name of ${JSON.stringify(model)}) {`,
+          "const link = document.createElement('link');",
+          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '',",
+          // biome-ignore lint/suspicious/noTemplateCurlyInString: it is filled in by the page.
+          "href: `./${sex}/${name}` });",
+          "document.head.append(link); } }",
+        ].join(" ");
         return [
           ...wasm.map((name) => ({
             tag: "link",
