@@ -145,7 +145,16 @@ async function asWebp(page, png) {
 const PICTURES = {
   moving,
   landing,
-  "demo-first-view": (browser, url) => open(browser, url, LANDING, { width: 1280, height: 800 }),
+  "demo-first-view": async (browser, url) => {
+    const page = await open(browser, url, "", { width: 1280, height: 720 });
+    // The first landing, at its deepest.
+    await page.evaluate(() => {
+      window.dynaskinDemo.restartStory();
+      for (let picture = 0; picture < 40; picture += 1) window.dynaskinDemo.advanceStory(1 / 60);
+    });
+    await page.waitForTimeout(1500);
+    return page;
+  },
   "demo-four-actors": (browser, url) =>
     open(
       browser,

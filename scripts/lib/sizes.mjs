@@ -25,6 +25,7 @@ export const PARTS = [
     firstView: false,
   },
   { name: "html", has: (path) => path.endsWith(".html"), firstView: true },
+  { name: "later js", has: (path) => /(^|\/)later-.*\.js$/.test(path), firstView: false },
   { name: "js", has: (path) => path.endsWith(".js"), firstView: true },
   { name: "css", has: (path) => path.endsWith(".css"), firstView: true },
   { name: "icon", has: (path) => path.endsWith(".svg"), firstView: true },

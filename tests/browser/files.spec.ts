@@ -221,6 +221,7 @@ function farAway(frame: number): string {
 const BAD_FILES: [string, string | Uint8Array, RegExp][] = [
   ["letter.bvh", "Dear reader, this is no motion.", /neither BVH.*Dear reader/],
   ["walk.fbx", "Kaydara FBX Binary  \0", /an FBX file.*convert it to GLB/],
+  ["nothing.bvh", "", /The file is empty/],
   ["cut.glb", (await hopGlb()).slice(0, 3000), /GLB, container/],
   ["cut.npz", hopNpz().slice(0, 3000), /motion \.npz: not an archive/],
   ["truncated.bvh", hopFile().slice(0, hopFile().indexOf("Frame Time:") + 40), /truncated/],

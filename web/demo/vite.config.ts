@@ -15,6 +15,9 @@ const WASM = join(SDK, "wasm");
 /** The core with the code of the compared methods, which the package's is without. */
 const GUESTS = join(import.meta.dirname, "wasm", "core_bg.wasm");
 
+/** Where the page will be, with a slash at its end: links to it show its picture only from a full address. */
+const SITE = process.env.DYNASKIN_SITE ?? "./";
+
 const namesIn = (folder: string) => (existsSync(folder) ? readdirSync(folder).toSorted() : []);
 
 /** Names of the methods whose bundles lie under `models/BODY/methods`, by body. */
@@ -88,7 +91,10 @@ function filledPage(): Plugin {
       const { version } = JSON.parse(readFileSync(join(SDK, "..", "package.json"), "utf8")) as {
         version: string;
       };
-      return html.replace("<!-- results -->", resultsTable()).replace("%VERSION%", version);
+      return html
+        .replace("<!-- results -->", resultsTable())
+        .replace("%VERSION%", version)
+        .replaceAll("%SITE%", SITE);
     },
   };
 }
@@ -106,13 +112,15 @@ function preloads(): Plugin {
       handler(_html, { bundle }) {
         const wasm = Object.keys(bundle ?? {}).filter((name) => name.endsWith(".wasm"));
         const model = ["bundle.json", "body.glb", "predictor.onnx", "decoder.onnx"];
-        const begin =
-          "{ " +
-          "const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';" +
-          `for (const name of ${JSON.stringify(model)}) {` +
-          "const link = document.createElement('link');" +
-          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', href: `./${sex}/${name}` });" +
-          "document.head.append(link); } }";
+        const begin = [
+          "{ const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';",
+          `for (const name of ${JSON.stringify(model)}) {`,
+          "const link = document.createElement('link');",
+          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '',",
+          // biome-ignore lint/suspicious/noTemplateCurlyInString: it is filled in by the page.
+          "href: `./${sex}/${name}` });",
+          "document.head.append(link); } }",
+        ].join(" ");
         return [
           ...wasm.map((name) => ({
             tag: "link",
@@ -152,14 +160,16 @@ function coreWithGuests(): Plugin {
   };
 }
 
-/** The licences of what is in the WebAssembly, beside the page. */
-function wasmNotices(): Plugin {
-  const fileName = "licences-wasm.txt";
+/** The licences of what is in the WebAssembly, and the picture that links to the page show, beside the page. */
+function besidePage(): Plugin {
+  const docs = join(import.meta.dirname, "..", "..", "docs");
   return {
-    name: "wasm-notices",
+    name: "beside-page",
     generateBundle() {
       const source = readFileSync(join(SDK, "..", "THIRD_PARTY_NOTICES.txt"), "utf8");
-      this.emitFile({ type: "asset", fileName, source });
+      this.emitFile({ type: "asset", fileName: "licences-wasm.txt", source });
+      const picture = readFileSync(join(docs, "demo-first-view.jpg"));
+      this.emitFile({ type: "asset", fileName: "poster.jpg", source: picture });
     },
   };
 }
@@ -174,7 +184,7 @@ export default defineConfig({
     virtualModule("virtual:methods", findMethods),
     virtualModule("virtual:traits", readTraits),
     virtualModule("virtual:sizes", measureFiles),
-    wasmNotices(),
+    besidePage(),
     filledPage(),
     preloads(),
   ],
@@ -189,6 +199,8 @@ export default defineConfig({
     license: { fileName: "licences-npm.md" },
     rolldownOptions: {
       input: ["index.html", "own.html"].map((page) => join(import.meta.dirname, page)),
+      // What is asked for after the first view, by name.
+      output: { chunkFileNames: "assets/later-[name]-[hash].js" },
     },
   },
 });

@@ -7,7 +7,7 @@
 use glam::Vec3;
 
 /// How often each vertex is moved towards its neighbours, and how far of the way.
-const ROUNDS: usize = 18;
+const ROUNDS: usize = 36;
 const STEP: f32 = 0.65;
 
 /// A part of a surface that is smoothed whenever it is drawn.

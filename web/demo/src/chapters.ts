@@ -60,8 +60,8 @@ export function landingShare(timeSeconds: number): number {
 
 /** Yaw and pitch (radians), distance and height (metres) of a chapter's camera. */
 const CAMERAS: Readonly<Record<Chapter, readonly [number, number, number, number]>> = {
-  look: [0.5, 0.02, 1.22, 1.12],
-  ghost: [0.78, 0.02, 1.22, 1.12],
+  look: [0.5, 0.02, 1.26, 1.05],
+  ghost: [0.78, 0.02, 1.26, 1.05],
   bodies: [0.38, 0.06, 3.6, 0.86],
   grab: [0.38, 0.06, 3.3, 0.88],
 };

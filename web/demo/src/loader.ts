@@ -4,7 +4,7 @@ import { Cast } from "./cast.js";
 import { filesIn, type LoadingBar } from "./loading.js";
 import { type Settings, USUAL } from "./settings.js";
 import { type PageStore, type State, wantedActors } from "./state.js";
-import { dismissErrors, showError } from "./toast.js";
+import { showError } from "./toast.js";
 import { clipFile, loadClip } from "./truth.js";
 import type { View } from "./view.js";
 
@@ -62,8 +62,6 @@ export class Loader {
     this.#loading = loading;
     this.#show = (cast) => {
       show(cast);
-      // What could not be loaded before is not waited for any more.
-      if (cast.model) dismissErrors();
       this.#shown = { ...pick(store.state), sex: cast.sex };
     };
     this.#sex = store.state.sex;

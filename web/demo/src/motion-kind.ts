@@ -21,7 +21,7 @@ export function checkKind(name: string, bytes: Uint8Array): void {
   );
   if (!foreign) return;
   throw new Error(
-    `This is ${foreign[2]}, which the page cannot read. Save the motion as BVH or as binary glTF (.glb): ` +
-      "Blender and most other programs export both.",
+    `This is ${foreign[2]}, which the page cannot read: convert it to GLB or BVH. Blender and most other ` +
+      "programs export both.",
   );
 }
