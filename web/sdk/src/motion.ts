@@ -293,20 +293,21 @@ export interface MotionReading {
 /** Poses a second of every motion. */
 const MOTION_RATE_HZ = 60;
 
+/** {@link MotionFileOptions} as the core takes them. */
+export type FileArguments = [
+  joints: string[],
+  animation: string | number | undefined,
+  rateHz: number | undefined,
+  up: string | undefined,
+];
+
 /**
  * The options as the core takes them.
  *
  * @throws DynaSkinError `argument`
  * @internal
  */
-export function fileArguments(
-  options: MotionFileOptions,
-): [
-  joints: string[],
-  animation: string | number | undefined,
-  rateHz: number | undefined,
-  up: string | undefined,
-] {
+export function fileArguments(options: MotionFileOptions): FileArguments {
   const joints = jointPairs(options);
   checkUnknown(options, ["joints", "rateHz", "animation", "up"]);
   const { animation, rateHz, up } = options;

@@ -6,7 +6,7 @@ import type { Crowd, CrowdReport } from "../crowd.js";
 import { checkDistance, type Detail, detailIndex } from "../detail.js";
 import { type Figure, figureNumbers, isFigure, type Shape } from "../figure.js";
 import type { ModelFiles } from "../load.js";
-import type { fileArguments, MotionReading } from "../motion.js";
+import type { FileArguments, MotionReading } from "../motion.js";
 import { checkLength, SHAPE_LENGTH } from "../pose.js";
 import { poseSourceIndex } from "../pose-source.js";
 import type { Progress } from "../source.js";
@@ -116,7 +116,7 @@ export interface Calls {
     sent: {
       file: Blob | Uint8Array;
       restJointsM: Float32Array;
-      how: ReturnType<typeof fileArguments>;
+      how: FileArguments;
       wasm?: string | ArrayBuffer | WebAssembly.Module;
       aliveEveryMs: number;
     };
