@@ -6,7 +6,7 @@ import { PlayPanel } from "./play-panel.js";
 import { bindClicks, bindDivider } from "./pointer.js";
 import { programFor } from "./program.js";
 import type { ReadAvatar } from "./read-file.js";
-import { reportElements } from "./report.js";
+import { reportElements, sentence } from "./report.js";
 import type { Studio } from "./studio.js";
 import { bindTaking } from "./take.js";
 
@@ -142,7 +142,9 @@ export class OwnPage {
     this.#clear();
     byId("own-refused").replaceChildren(
       create("strong", { textContent: `${name} is not bound.` }),
-      create("p", { textContent: error instanceof Error ? error.message : String(error) }),
+      create("p", {
+        textContent: sentence(error instanceof Error ? error.message : String(error)),
+      }),
     );
   }
 
