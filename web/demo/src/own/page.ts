@@ -6,7 +6,7 @@ import { PlayPanel } from "./play-panel.js";
 import { bindClicks, bindDivider } from "./pointer.js";
 import { programFor } from "./program.js";
 import type { ReadAvatar } from "./read-file.js";
-import { reportElements } from "./report.js";
+import { reportElements, sentence } from "./report.js";
 import type { Studio } from "./studio.js";
 import { bindTaking } from "./take.js";
 
@@ -25,6 +25,8 @@ export class OwnPage {
   #bound: BoundAvatar | null = null;
   #working: AbortController | null = null;
   #movingAfterMs: number | null = null;
+  /** While a file is read, answers are noted; what follows from them is done when it is there. */
+  #isReading = false;
 
   constructor() {
     this.#panel = new PlayPanel(() => this.#showProgram());
@@ -66,16 +68,20 @@ export class OwnPage {
     if (sex) this.#build(sex);
     byId("own-file-name").textContent = `Open: ${file.name}`;
     await this.#work(`Reading ${file.name}`, async (signal) => {
+      this.#isReading = true;
       const workshop = await this.#open();
       const read = await workshop.readAvatarFile(file);
       if (!signal.aborted) this.#read = read;
     });
+    // Another was opened meanwhile, and goes its own way.
+    if (this.#file !== file) return;
+    this.#isReading = false;
     await this.#bind(startMs);
   }
 
   /** Binds once there is a file and both answers; takes the tissue away where one was taken back. */
   async #bind(startMs = performance.now()): Promise<void> {
-    this.#working?.abort();
+    if (!this.#isReading) this.#working?.abort();
     this.#unbind();
     this.#sayWanting();
     const [read, sex] = [this.#read, this.#build()];
@@ -131,6 +137,7 @@ export class OwnPage {
 
   #stop(): void {
     this.#working?.abort();
+    this.#isReading = false;
     this.#working = null;
     byId("own-progress").hidden = true;
     this.#adult.checked = false;
@@ -142,7 +149,9 @@ export class OwnPage {
     this.#clear();
     byId("own-refused").replaceChildren(
       create("strong", { textContent: `${name} is not bound.` }),
-      create("p", { textContent: error instanceof Error ? error.message : String(error) }),
+      create("p", {
+        textContent: sentence(error instanceof Error ? error.message : String(error)),
+      }),
     );
   }
 

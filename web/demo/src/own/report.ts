@@ -4,7 +4,8 @@ import { create } from "../dom.js";
 const percent = (share: number) => `${Math.round(100 * share)} %`;
 const words = (name: string) => name.replaceAll("_", " ");
 const capital = (text: string) => text.charAt(0).toUpperCase() + text.slice(1);
-const sentence = (text: string) =>
+/** As a sentence: what the core says begins small and ends without a stop. */
+export const sentence = (text: string) =>
   `${capital(text.trim())}${/[.!?]$/.test(text.trim()) ? "" : "."}`;
 
 /** What binding found, as sentences. */
