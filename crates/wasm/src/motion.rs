@@ -63,6 +63,7 @@ pub(crate) fn animation_choice(animation: &JsValue) -> Option<AnimationChoice> {
 
 /// The animations of a binary glTF file, as JavaScript has them.
 pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
+    check_files()?;
     let animations = GltfMotion::animations(bytes).map_err(Thrown::from)?;
     let animations = animations.iter().map(|animation| {
         json!({
@@ -74,12 +75,24 @@ pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
     js_sys::JSON::parse(&Value::from_iter(animations).to_string())
 }
 
+/// Refuses motion files where their readers are left out; the compiler then drops them.
+fn check_files() -> Result<(), Thrown> {
+    if cfg!(feature = "files") {
+        return Ok(());
+    }
+    Err(Thrown::motion(
+        "The slim core reads no motion files: use readMotion of dynaskin/worker, or Motion.fromPoses."
+            .to_owned(),
+    ))
+}
+
 impl CoreMotion {
     pub(crate) fn from_bvh(
         bytes: &[u8],
         options: &ReadOptions,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
+        check_files()?;
         let bvh = Bvh::parse_with(bytes, options)?;
         Self::played(MotionFile::Bvh(bvh), joints_rest_m, &mut |_| {})
     }
@@ -101,6 +114,7 @@ impl CoreMotion {
     ) -> Result<Self, Thrown> {
         // About as long as what follows.
         const PARSED: f64 = 0.3;
+        check_files()?;
         progress(0.0);
         let file = MotionFile::parse_with(bytes, options)?;
         progress(PARSED);
