@@ -63,7 +63,9 @@ pub(crate) fn animation_choice(animation: &JsValue) -> Option<AnimationChoice> {
 
 /// The animations of a binary glTF file, as JavaScript has them.
 pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
-    check_files()?;
+    if !READS_FILES {
+        return Err(no_files().into());
+    }
     let animations = GltfMotion::animations(bytes).map_err(Thrown::from)?;
     let animations = animations.iter().map(|animation| {
         json!({
@@ -75,15 +77,15 @@ pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
     js_sys::JSON::parse(&Value::from_iter(animations).to_string())
 }
 
-/// Refuses motion files where their readers are left out; the compiler then drops them.
-fn check_files() -> Result<(), Thrown> {
-    if cfg!(feature = "files") {
-        return Ok(());
-    }
-    Err(Thrown::motion(
+/// Whether motion files are read; the compiler drops what follows where they are not.
+const READS_FILES: bool = cfg!(feature = "files");
+
+/// The error for a file where they are not read.
+fn no_files() -> Thrown {
+    Thrown::motion(
         "The slim core reads no motion files: use readMotion of dynaskin/worker, or Motion.fromPoses."
             .to_owned(),
-    ))
+    )
 }
 
 impl CoreMotion {
@@ -92,7 +94,9 @@ impl CoreMotion {
         options: &ReadOptions,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
-        check_files()?;
+        if !READS_FILES {
+            return Err(no_files());
+        }
         let bvh = Bvh::parse_with(bytes, options)?;
         Self::played(MotionFile::Bvh(bvh), joints_rest_m, &mut |_| {})
     }
@@ -114,7 +118,9 @@ impl CoreMotion {
     ) -> Result<Self, Thrown> {
         // About as long as what follows.
         const PARSED: f64 = 0.3;
-        check_files()?;
+        if !READS_FILES {
+            return Err(no_files());
+        }
         progress(0.0);
         let file = MotionFile::parse_with(bytes, options)?;
         progress(PARSED);
