@@ -56,9 +56,8 @@ export const WASM_FILES = [
     optimise: "-O3",
   },
   {
-    // The core without tract, under the core's glue.
+    // The core without tract.
     name: "slim",
-    glue: "core",
     package: "dynaskin-wasm",
     library: "dynaskin_wasm",
     optimise: "-O3",
@@ -98,7 +97,7 @@ const GUESTS = {
 const EVERY_FILE = [...WASM_FILES, GUESTS];
 
 /** What the demo alone needs: its own core stands in for the package's, which has the same glue. */
-const DEMO_FILES = [GUESTS, ...WASM_FILES.filter(({ name }) => name !== "core" && name !== "slim")];
+const DEMO_FILES = [GUESTS, ...WASM_FILES.filter(({ name }) => name !== "core")];
 
 /**
  * Builds what changed, and puts it where the SDK and the demo look for it. Each profile's glue and
@@ -108,7 +107,6 @@ export async function buildWasm(profile = process.env.DYNASKIN_WASM_PROFILE || P
   const bound = await bindAll(EVERY_FILE, profile);
   for (const { file, folder } of bound) place(file, folder, file.out ?? WASM_OUT);
   checkSharedGlue();
-  checkSlim();
   writeFileSync(PROFILE_STAMP, profile);
 }
 
@@ -138,10 +136,6 @@ async function bindAll(files, profile) {
 
 function place(file, folder, out) {
   mkdirSync(out, { recursive: true });
-  if (file.glue) {
-    copyFileSync(join(folder, `${file.glue}_bg.wasm`), join(out, `${file.name}_bg.wasm`));
-    return;
-  }
   for (const name of readdirSync(folder)) {
     if (new RegExp(`^${file.name}(_bg)?\\.`).test(name)) {
       copyFileSync(join(folder, name), join(out, name));
@@ -154,26 +148,6 @@ function checkSharedGlue() {
   const own = readFileSync(join(WASM_OUT, "core.js"), "utf8");
   if (own !== readFileSync(join(DEMO_OUT, "core.js"), "utf8")) {
     throw new Error("The core with the compared methods needs another glue than the package's.");
-  }
-}
-
-/** The slim core runs under the core's glue: it may ask for no more, and has to give as much. */
-function checkSlim() {
-  const ends = (name) => {
-    const module = new WebAssembly.Module(readFileSync(join(WASM_OUT, `${name}_bg.wasm`)));
-    const named = (list) => list.map((entry) => `${entry.module ?? ""} ${entry.name}`);
-    return {
-      imports: named(WebAssembly.Module.imports(module)),
-      exports: named(WebAssembly.Module.exports(module)),
-    };
-  };
-  const [core, slim] = [ends("core"), ends("slim")];
-  const lacking = [
-    ...slim.imports.filter((name) => !core.imports.includes(name)),
-    ...core.exports.filter((name) => !slim.exports.includes(name)),
-  ];
-  if (lacking.length > 0) {
-    throw new Error(`The slim core does not fit the core's glue: ${lacking.join(", ")}.`);
   }
 }
 
@@ -190,11 +164,10 @@ async function cargoBuild(file, profile) {
 /** Writes the glue, and begins to optimise: `done` resolves when `folder` holds the finished file. */
 async function bind(file, profile, wasmBindgen) {
   const target = join(cargoTargetDir(), "wasm32-unknown-unknown", profile);
-  const folder = join(target, file.out ? "bound-for-demo" : file.glue ? "bound-slim" : "bound");
+  const folder = join(target, file.out ? "bound-for-demo" : "bound");
   const compiled = join(target, `${file.library}.wasm`);
-  const name = file.glue ?? file.name;
-  const out = join(folder, `${name}_bg.wasm`);
-  const stamp = join(folder, `.${name}-stamp`);
+  const out = join(folder, `${file.name}_bg.wasm`);
+  const stamp = join(folder, `.${file.name}-stamp`);
   const key = createHash("sha256")
     .update(readFileSync(compiled))
     .update([profile, file.optimise, ...FEATURES, ...GLUE].join(" "))
@@ -217,7 +190,7 @@ async function bind(file, profile, wasmBindgen) {
     rmSync(stamp, { force: true });
     await run(wasmBindgen, [
       ...[compiled, "--target", "web", "--omit-default-module-path"],
-      ...["--out-dir", folder, "--out-name", name, ...GLUE],
+      ...["--out-dir", folder, "--out-name", file.name, ...GLUE],
     ]);
   }
   const done = finish();

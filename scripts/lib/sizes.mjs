@@ -21,7 +21,7 @@ export const PARTS = [
   // The page for a visitor's own avatar, with three.js, the thread that binds, and the examples.
   {
     name: "own avatar",
-    has: (path) => /(^|\/)(own|workshop|thread|runner|lifter)[-.]/.test(path),
+    has: (path) => /(^|\/)(later-)?(own|workshop|thread|runner|lifter)[-.]/.test(path),
     firstView: false,
   },
   { name: "html", has: (path) => path.endsWith(".html"), firstView: true },

@@ -42,13 +42,6 @@ impl MotionFile {
             let reader = std::io::Cursor::new(bytes);
             return crate::Amass::read_with(reader, options).map(Self::Amass);
         }
-        #[cfg(not(feature = "amass"))]
-        if bytes.starts_with(b"PK") {
-            return Err(MotionError::OtherKind {
-                kind: "a ZIP archive, as .npz files are",
-                what_to_do: "this build is without their reader: read it with the whole core",
-            });
-        }
         if let Some((kind, what_to_do)) = other_kind(bytes) {
             return Err(MotionError::OtherKind { kind, what_to_do });
         }

@@ -25,6 +25,14 @@ impl Thrown {
             message,
         }
     }
+
+    /// A motion that cannot be used.
+    pub fn motion(message: String) -> Self {
+        Self {
+            code: "motion",
+            message,
+        }
+    }
 }
 
 impl From<Thrown> for JsValue {

@@ -63,6 +63,9 @@ pub(crate) fn animation_choice(animation: &JsValue) -> Option<AnimationChoice> {
 
 /// The animations of a binary glTF file, as JavaScript has them.
 pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
+    if !READS_FILES {
+        return Err(no_files().into());
+    }
     let animations = GltfMotion::animations(bytes).map_err(Thrown::from)?;
     let animations = animations.iter().map(|animation| {
         json!({
@@ -74,12 +77,26 @@ pub(crate) fn animations(bytes: &[u8]) -> Result<JsValue, JsValue> {
     js_sys::JSON::parse(&Value::from_iter(animations).to_string())
 }
 
+/// Whether motion files are read; the compiler drops what follows where they are not.
+const READS_FILES: bool = cfg!(feature = "files");
+
+/// The error for a file where they are not read.
+fn no_files() -> Thrown {
+    Thrown::motion(
+        "The slim core reads no motion files: use readMotion of dynaskin/worker, or Motion.fromPoses."
+            .to_owned(),
+    )
+}
+
 impl CoreMotion {
     pub(crate) fn from_bvh(
         bytes: &[u8],
         options: &ReadOptions,
         joints_rest_m: &[Vec3; JOINT_COUNT],
     ) -> Result<Self, Thrown> {
+        if !READS_FILES {
+            return Err(no_files());
+        }
         let bvh = Bvh::parse_with(bytes, options)?;
         Self::played(MotionFile::Bvh(bvh), joints_rest_m, &mut |_| {})
     }
@@ -101,6 +118,9 @@ impl CoreMotion {
     ) -> Result<Self, Thrown> {
         // About as long as what follows.
         const PARSED: f64 = 0.3;
+        if !READS_FILES {
+            return Err(no_files());
+        }
         progress(0.0);
         let file = MotionFile::parse_with(bytes, options)?;
         progress(PARSED);

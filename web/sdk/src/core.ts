@@ -5,42 +5,52 @@ import * as glue from "./wasm/core.js";
 import { compile, type WasmSource } from "./wasm/instantiate.js";
 
 /**
+ * The JavaScript that was generated with a core, and runs no other.
+ *
+ * @internal
+ */
+export type Glue = typeof glue;
+
+/**
  * The instantiated core: the generated classes and its memory.
  *
  * @internal
  */
 export class Core extends Instance {
-  readonly glue = glue;
+  readonly glue: Glue;
   readonly memory: WebAssembly.Memory;
   /** The crash of the core before this one; null for the first. */
   readonly restartedAfter: DynaSkinError | null;
 
-  constructor(memory: WebAssembly.Memory, restartedAfter: DynaSkinError | null = null) {
+  constructor(glue: Glue, memory: WebAssembly.Memory, restartedAfter: DynaSkinError | null = null) {
     super();
+    this.glue = glue;
     this.memory = memory;
     this.restartedAfter = restartedAfter;
   }
 }
 
-let starting: { core: Promise<Core>; source: WasmSource | undefined } | null = null;
+let starting: { core: Promise<Core>; source: WasmSource | undefined; own: Glue } | null = null;
 
 /**
  * Starts the core once; calls that come while it starts, or later, share it. A start that failed
  * may be tried again, and after a crash a new one starts. Another `source` than that of the core that runs is compiled all the same: a
  * file that cannot be used must not go unnoticed because of what happened to be loaded before.
  *
+ * @param own - what was generated with `source`
  * @internal
  */
 export async function startCore(
   source: WasmSource | undefined,
   onProgress?: (loadedBytes: number, totalBytes: number) => void,
+  own: Glue = glue,
 ): Promise<Core> {
   if (starting && source !== undefined && !isSame(source, starting.source)) {
     await compile(source, { what: WHAT, onProgress });
   }
   if (!starting) {
-    const core = start(source, onProgress);
-    starting = { core, source };
+    const core = start(source, onProgress, own);
+    starting = { core, source, own };
     core.catch(() => {
       starting = null;
     });
@@ -49,17 +59,17 @@ export async function startCore(
   const core = await shared.core;
   if (!core.crash) return core;
   // Of several calls the first starts it.
-  if (starting === shared) starting = { core: restart(core.crash), source: shared.source };
-  return starting?.core ?? startCore(source, onProgress);
+  if (starting === shared) starting = { ...shared, core: restart(core.crash, shared.own) };
+  return starting?.core ?? startCore(source, onProgress, own);
 }
 
 /** The same file anew, with a memory of its own. Objects of the one before cannot be used with it. */
-async function restart(crash: DynaSkinError): Promise<Core> {
+async function restart(crash: DynaSkinError, own: Glue): Promise<Core> {
   try {
-    glue.__wbg_reset_state();
+    own.__wbg_reset_state();
     // It runs, so this only gives what it exports.
-    const { memory } = glue.initSync({ module: new Uint8Array() });
-    return new Core(memory, crash);
+    const { memory } = own.initSync({ module: new Uint8Array() });
+    return new Core(own, memory, crash);
   } catch (cause) {
     starting = null;
     throw new DynaSkinError(
@@ -82,15 +92,16 @@ const WHAT = "the dynaskin core";
 async function start(
   source: WasmSource | undefined,
   onProgress: ((loadedBytes: number, totalBytes: number) => void) | undefined,
+  own: Glue,
 ): Promise<Core> {
   const module = await compile(source ?? new URL("./wasm/core_bg.wasm", import.meta.url), {
     what: WHAT,
     onProgress,
   });
   try {
-    const { memory } = await glue.default({ module_or_path: module });
-    checkVersion(glue.coreVersion());
-    return new Core(memory);
+    const { memory } = await own.default({ module_or_path: module });
+    checkVersion(own.coreVersion());
+    return new Core(own, memory);
   } catch (cause) {
     if (cause instanceof DynaSkinError) throw cause;
     throw new DynaSkinError(

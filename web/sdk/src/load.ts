@@ -1,6 +1,6 @@
 import type { Bundle, BundleFile } from "./bundle.js";
 import { checkCallback, checkObject, checkSignal } from "./check.js";
-import { type Core, startCore } from "./core.js";
+import { type Core, type Glue, startCore } from "./core.js";
 import { DynaSkinError } from "./error.js";
 import { checkIntegrity, isIntegrity } from "./integrity.js";
 import { Body, Model } from "./model.js";
@@ -88,11 +88,15 @@ export async function load(options: LoadOptions): Promise<Model> {
 export type NetworkForm = "onnx" | "lowered";
 
 /**
- * As {@link load}, with the networks in this form.
+ * As {@link load}, with the networks in this form, and with `glue` where the core is not the whole one.
  *
  * @internal
  */
-export async function loadForm(options: LoadOptions, form: NetworkForm): Promise<Model> {
+export async function loadForm(
+  options: LoadOptions,
+  form: NetworkForm,
+  glue?: Glue,
+): Promise<Model> {
   checkObject('load() needs options, such as { model: "/models/female/" }: they', options);
   const { signal, onBody } = options;
   if (options.body !== undefined && !(options.body instanceof Body)) {
@@ -114,7 +118,7 @@ export async function loadForm(options: LoadOptions, form: NetworkForm): Promise
     return bytes;
   };
 
-  const starting = startCore(options.wasm, progress.part());
+  const starting = startCore(options.wasm, progress.part(), glue);
   // A failure is reported below, at the first await that meets it.
   starting.catch(() => {});
   const sources = toSources(options.model, form);

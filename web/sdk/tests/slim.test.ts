@@ -93,11 +93,14 @@ describe("dynaskin/slim", () => {
     expect(error.message).toContain("names no lowered networks");
   });
 
-  it("says of an .npz file that it is not read here", async () => {
+  it("says of motion files that they are not read here", async () => {
     const model = await load({ model: modelFolder() });
-    const bytes = new TextEncoder().encode("PK and what follows in an archive");
-    const read = () => sdk.Motion.fromFile(bytes, model.createAvatar());
-    expect((await expectError("motion", read)).message).toContain("whole core");
+    const avatar = model.createAvatar();
+    const bytes = new TextEncoder().encode("HIERARCHY");
+    for (const read of ["fromFile", "fromBvh", "animations"] as const) {
+      const error = await expectError("motion", () => sdk.Motion[read](bytes, avatar));
+      expect(error.message).toContain("readMotion");
+    }
     model.dispose();
   });
 

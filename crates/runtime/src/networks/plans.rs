@@ -30,7 +30,7 @@ pub(crate) struct NetworkFile {
 }
 
 enum Form {
-    Lowered(Fused),
+    Lowered(Box<Fused>),
     /// The file and its graph.
     #[cfg(feature = "tract")]
     Graph(Box<[u8]>, Box<TypedModel>),
@@ -60,7 +60,7 @@ impl NetworkFile {
                 network,
                 inputs: file.inputs,
                 outputs: file.outputs,
-                form: Form::Lowered(file.fused),
+                form: Form::Lowered(Box::new(file.fused)),
             });
         }
         Self::read_graph(network, bytes)
@@ -100,7 +100,7 @@ impl NetworkFile {
                 if !trial.sound {
                     return Err(RuntimeError::NonFinite { network });
                 }
-                Ok(Plans::Fused(Arc::new(fused)))
+                Ok(Plans::Fused(Arc::new(*fused)))
             }
             #[cfg(feature = "tract")]
             Form::Graph(bytes, model) => {
@@ -152,7 +152,7 @@ impl NetworkFile {
     ) -> Result<Vec<u8>, RuntimeError> {
         let network = self.network;
         let fused = match self.form {
-            Form::Lowered(fused) => fused,
+            Form::Lowered(fused) => *fused,
             Form::Graph(_, model) => {
                 Fused::new(&model, seldom).map_err(|unknown| RuntimeError::CannotLower {
                     network,

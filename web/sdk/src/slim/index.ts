@@ -5,8 +5,10 @@
  *
  * @module
  */
+import type { Glue } from "../core.js";
 import { type LoadOptions, loadForm } from "../load.js";
 import type { Model } from "../model.js";
+import * as glue from "../wasm/slim.js";
 
 export * from "../index.js";
 
@@ -20,5 +22,6 @@ export * from "../index.js";
  */
 export async function load(options: LoadOptions): Promise<Model> {
   const wasm = options?.wasm ?? new URL("../wasm/slim_bg.wasm", import.meta.url);
-  return loadForm({ ...options, wasm }, "lowered");
+  // The same classes, generated once more.
+  return loadForm({ ...options, wasm }, "lowered", glue as unknown as Glue);
 }

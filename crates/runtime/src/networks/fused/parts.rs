@@ -227,7 +227,8 @@ impl Cursor {
                 to,
                 rows,
             } => {
-                let is_strip = width >= LANES && width <= MOST_COLUMNS && width % LANES == 0;
+                let is_strip =
+                    width >= LANES && width <= MOST_COLUMNS && width.is_multiple_of(LANES);
                 if !is_strip || !first.is_none_or(|first| before(first, width, to)) {
                     return Err(outside);
                 }
