@@ -162,7 +162,7 @@ export class Ghost {
 function drawLabel(context: CanvasRenderingContext2D, text: string, x: number, y: number): void {
   context.fillStyle = "rgb(20 22 28 / 82%)";
   context.beginPath();
-  context.roundRect(x - 8, y - 17, 86, 34, 10);
+  context.roundRect(x - 8, y - 17, context.measureText(text).width + 20, 34, 10);
   context.fill();
   context.fillStyle = "#fff";
   context.fillText(text, x + 2, y + 1);
