@@ -27,7 +27,7 @@ export async function expectTissue(
   const played = (await page.evaluate(
     async ([name, gpu]) => {
       const module = await import(`${location.origin}/tests/browser/avatar/${name}.js`);
-      return name === "three" ? module.playInThree(gpu) : module.playInBabylon(gpu);
+      return name === "three" ? module.playInThree(gpu) : module.playInBabylon();
     },
     [engine, webgpu] as const,
   )) as Played;

@@ -9,22 +9,17 @@ import "@babylonjs/loaders/glTF/2.0/index.js";
 import { AvatarTissue, bindAvatar } from "dynaskin/babylon";
 import { bindAndPlay, MODEL_URL, SIZE } from "./stage.js";
 
-async function createEngine(canvas, webgpu) {
-  if (!webgpu) return new Engine(canvas, true, { preserveDrawingBuffer: true });
-  const { WebGPUEngine } = await import("@babylonjs/core/Engines/webgpuEngine.js");
-  const engine = new WebGPUEngine(canvas, { antialias: true });
-  await engine.initAsync();
-  return engine;
-}
+/** Frames of a picture. */
+const FRAMES = 3;
 
 /** See `bindAndPlay`. */
-export function playInBabylon(webgpu) {
+export function playInBabylon() {
   return bindAndPlay(async (model, onProgress) => {
     const canvas = document.createElement("canvas");
     canvas.width = SIZE;
     canvas.height = SIZE;
     document.body.append(canvas);
-    const scene = new Scene(await createEngine(canvas, webgpu));
+    const scene = new Scene(new Engine(canvas, true, { preserveDrawingBuffer: true }));
     const camera = new ArcRotateCamera("camera", 1.3, 1.5, 3.2, new Vector3(0, 1, 0), scene);
     camera.minZ = 0.1;
     new HemisphericLight("sky", new Vector3(0, 1, 0), scene).intensity = 0.6;
@@ -32,13 +27,16 @@ export function playInBabylon(webgpu) {
     // The body as if it were somebody else's: its file has bones and quantised vertices.
     const { meshes } = await ImportMeshAsync(`${MODEL_URL}body.glb`, scene);
     const root = meshes[0];
+    await scene.whenReadyAsync();
     const skinned = meshes.filter((mesh) => mesh.skeleton);
     const draw = async () => {
-      await scene.whenReadyAsync();
-      await new Promise(requestAnimationFrame);
-      scene.getEngine().beginFrame();
-      scene.render();
-      scene.getEngine().endFrame();
+      // Effects for another geometry may be a frame late.
+      for (let frame = 0; frame < FRAMES; frame += 1) {
+        await new Promise(requestAnimationFrame);
+        scene.getEngine().beginFrame();
+        scene.render();
+        scene.getEngine().endFrame();
+      }
       return canvas.toDataURL();
     };
     // It has been drawn before: buffers are on the graphics card.
