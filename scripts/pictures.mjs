@@ -1,11 +1,9 @@
 // npm run pictures [landing ...]: takes the pictures of README and docs from the built demo. Open
 // them afterwards: a picture can be wrong in ways that no test sees.
-import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { buildAll, buildDemo } from "./build.mjs";
 import { ROOT } from "./lib/paths.mjs";
 import { main, say, step } from "./lib/run.mjs";
-import { animatedWebp } from "./lib/webp.mjs";
 import { findChromium } from "./toolchain.mjs";
 
 const DOCS = join(ROOT, "docs");
@@ -38,15 +36,6 @@ async function open(browser, url, query, viewport) {
 /** The body of the landing, over the average, so that what sportswear lets move can be seen. */
 const LANDING_WEIGHT_KG = 74;
 
-/** Moves the slider of the weight. */
-async function setWeight(page, weightKg) {
-  await page.locator("#trait-weight").evaluate((input, value) => {
-    input.value = value;
-    input.dispatchEvent(new Event("input", { bubbles: true }));
-  }, `${weightKg}`);
-  await page.waitForTimeout(1500);
-}
-
 /** Off, on, and the offsets, beside each other. */
 async function landing(browser, url) {
   const parts = [];
@@ -63,7 +52,11 @@ async function landing(browser, url) {
         ".legend { inset: auto auto 48px 116px !important; width: 210px !important; " +
         "transform-origin: left bottom; scale: 0.76 }",
     });
-    await setWeight(page, LANDING_WEIGHT_KG);
+    await page.locator("#trait-weight").evaluate((input, weightKg) => {
+      input.value = weightKg;
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    }, `${LANDING_WEIGHT_KG}`);
+    await page.waitForTimeout(1500);
     const clip = { x: 108, y: 218, width: 362, height: 500 };
     parts.push({ title, png: (await page.screenshot({ clip })).toString("base64") });
     await page.close();
@@ -79,71 +72,7 @@ async function landing(browser, url) {
   return page;
 }
 
-/** A hop begins again after so many ticks of 1/60 s: four fifths of a second. */
-const HOP_TICKS = 48;
-/** Hops before the first picture, after which tissue does the same in each. */
-const HOPS_BEFORE = 5;
-/** The loop lasts three seconds, which is the hop nearly four times slowed down. */
-const LOOP_MS = 3000;
-const MOVING = { width: 600, height: 450, quality: 0.72 };
-/** Where the two bodies are in a page of 1000 by 750 pixels. */
-const MOVING_CLIP = { x: 0, y: 200, width: 640, height: 480 };
-/** A body of much tissue, which everybody sees move. */
-const MOVING_WEIGHT_KG = 104;
-
-/** A loop of one hop: plain skinning beside dynaskin, from hip to chin. Gives the file. */
-async function moving(browser, url) {
-  const query =
-    "sex=male&view=side&left=linear&right=dynaskin&motion=hop&tempo=1.25&caption=0&paused=1" +
-    "&camera=0.62,0.08,2.7,1.2";
-  const page = await open(browser, url, query, { width: 1000, height: 750 });
-  await page.addStyleTag({
-    content: ".panel, .transport, .brand, .names, .readings, .toast { display: none !important }",
-  });
-  await setWeight(page, MOVING_WEIGHT_KG);
-  await page.evaluate(
-    (seconds) => window.dynaskinDemo.seek(seconds),
-    (HOPS_BEFORE * HOP_TICKS) / 60,
-  );
-  const stills = [];
-  for (let tick = 0; tick < HOP_TICKS; tick += 1) {
-    await page.evaluate(() => {
-      window.dynaskinDemo.step();
-      return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-    });
-    const png = await page.screenshot({ clip: MOVING_CLIP });
-    stills.push(await asWebp(page, png.toString("base64")));
-  }
-  await page.close();
-  const { width, height } = MOVING;
-  return animatedWebp(stills, { width, height, frameMs: Math.round(LOOP_MS / HOP_TICKS) });
-}
-
-/** A smaller picture with the names of both halves, as the browser's own encoder writes it. */
-async function asWebp(page, png) {
-  const base64 = await page.evaluate(
-    async ([source, { width, height, quality }]) => {
-      const picture = await createImageBitmap(await (await fetch(source)).blob());
-      const canvas = new OffscreenCanvas(width, height);
-      const context = canvas.getContext("2d");
-      context.imageSmoothingQuality = "high";
-      context.drawImage(picture, 0, 0, width, height);
-      context.font = "600 17px system-ui";
-      context.fillStyle = "#1d2027";
-      for (const [half, name] of ["plain skinning", "dynaskin"].entries()) {
-        context.fillText(name, (half * width) / 2 + 16, 30);
-      }
-      const blob = await canvas.convertToBlob({ type: "image/webp", quality });
-      const bytes = new Uint8Array(await blob.arrayBuffer());
-      return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
-    },
-    [`data:image/png;base64,${png}`, MOVING],
-  );
-  return Buffer.from(base64, "base64");
-}
-
 const PICTURES = {
-  moving,
   landing,
   "demo-first-view": async (browser, url) => {
     const page = await open(browser, url, "", { width: 1280, height: 720 });
@@ -198,14 +127,10 @@ main(async () => {
   const browser = await chromium.launch({ executablePath, args: ARGUMENTS });
   try {
     for (const name of chosen.length > 0 ? chosen : Object.keys(PICTURES)) {
-      const made = await PICTURES[name](browser, server.resolvedUrls.local[0]);
-      const isFile = Buffer.isBuffer(made);
-      const path = join(DOCS, `${name}.${isFile ? "webp" : "jpg"}`);
-      if (isFile) writeFileSync(path, made);
-      else {
-        await made.screenshot({ ...JPEG, path });
-        await made.close();
-      }
+      const page = await PICTURES[name](browser, server.resolvedUrls.local[0]);
+      const path = join(DOCS, `${name}.jpg`);
+      await page.screenshot({ ...JPEG, path });
+      await page.close();
       say(`  ${path}`);
     }
   } finally {

@@ -5,8 +5,8 @@ mod common;
 
 use std::path::PathBuf;
 
-use dynaskin_body::Sex;
-use dynaskin_body_builder::{BuildError, BuiltBody, Trait, build};
+use dynaskin_body::{Sex, Trait};
+use dynaskin_body_builder::{BuildError, BuiltBody, build};
 
 /// The unpacked CC0 folder: where `dynaskin body build` keeps it, or `DYNASKIN_CC0`.
 fn cc0_folder() -> Option<PathBuf> {

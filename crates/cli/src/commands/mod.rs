@@ -7,7 +7,6 @@ pub mod evaluate;
 pub mod fit;
 pub mod fit_check;
 mod motion_files;
-pub mod play;
 pub mod simulate;
 pub mod slim;
 pub mod train;

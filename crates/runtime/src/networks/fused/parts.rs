@@ -228,7 +228,7 @@ impl Cursor {
                 rows,
             } => {
                 let is_strip =
-                    width >= LANES && width <= MOST_COLUMNS && width.is_multiple_of(LANES);
+                    (LANES..=MOST_COLUMNS).contains(&width) && width.is_multiple_of(LANES);
                 if !is_strip || !first.is_none_or(|first| before(first, width, to)) {
                     return Err(outside);
                 }
