@@ -28,7 +28,7 @@ async function answer(page: Page, build = "Woman"): Promise<void> {
 /** Waits until it plays, and pauses: software draws too slowly for a page that is also clicked. */
 async function expectBound(page: Page): Promise<void> {
   await expect
-    .poll(() => page.evaluate(() => Boolean(window.dynaskinOwn?.bound)), { timeout: 120_000 })
+    .poll(() => page.evaluate(() => Boolean(window.dynaskinOwn?.bound)), { timeout: 240_000 })
     .toBe(true);
   await page.evaluate(() => window.dynaskinOwn?.setPlaying(false));
 }

@@ -48,8 +48,8 @@ const GARMENTS: [Garment; 3] = [
     },
     Garment {
         name: "Shoes",
-        distance_m: 0.02,
-        evened: 50,
+        distance_m: 0.012,
+        evened: 6,
         joints: &[
             Joint::LeftAnkle,
             Joint::RightAnkle,
