@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let stored = bound.binding.to_bytes();
         let read_ms = median_ms(|| Avatar::from_glb(&bytes))?;
         let bind_ms = median_ms(|| bind(&avatar, &body, &BindOptions::adult()))?;
-        let load_ms = median_ms(|| Binding::from_bytes(&stored, &body))?;
+        let load_ms = median_ms(|| Ok(Binding::from_bytes(&stored, &body)?))?;
         println!(
             "{}: {} vertices, {} move; read {read_ms:.0} ms, bound {bind_ms:.0} ms, stored {} bytes, loaded {load_ms:.1} ms",
             recipe.name,
