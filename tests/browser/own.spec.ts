@@ -113,6 +113,8 @@ test("an avatar that is dropped is bound in the page and moves with tissue of it
     const afterMs = await page.evaluate(() => window.dynaskinOwn?.movingAfterMs);
     await page.getByRole("button", { name: "Strongest moment" }).click();
     const most = await apartM(page);
+    // Three times as far, so that a small picture shows it.
+    await page.getByLabel("Strength").fill("3");
     await page.mouse.move(1, 1);
     await page.waitForTimeout(300);
     const soft = await picture(page, "own-tissue");
