@@ -236,8 +236,8 @@ impl Golden {
     }
 }
 
-/// With `DYNASKIN_WRITE_GOLDEN=1` in the environment the files are written anew: after training,
-/// and never to make a test pass.
+/// With `DYNASKIN_WRITE_GOLDEN=1` in the environment the files are written anew: after training or
+/// another definition of the features, and never to make a test pass.
 #[test]
 fn offsets_are_the_golden_ones() {
     for name in NAMES {

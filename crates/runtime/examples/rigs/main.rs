@@ -18,12 +18,13 @@ use dynaskin_sim::CollarHabit;
 use measure::{Network, Off};
 use truth::{Simulator, held, middle};
 
-/// The habits of rigs: none, and what the collars of real files do in the median while arms hang.
-const RIGS: [(&str, f64, f64); 4] = [
-    ("collars still (CMU)", 0.0, 0.0),
-    ("Mixamo-like", 0.28, 0.0),
-    ("SMPL-like", 0.2, 0.0),
-    ("Xsens-like", 0.1, 0.15),
+/// The habits of rigs: as the motion has its collars, none at all, and what the collars of real files do in the median while arms hang.
+const RIGS: [(&str, Option<(f64, f64)>); 5] = [
+    ("as made", None),
+    ("collars still (CMU)", Some((0.0, 0.0))),
+    ("Mixamo-like", Some((0.28, 0.0))),
+    ("SMPL-like", Some((0.2, 0.0))),
+    ("Xsens-like", Some((0.1, 0.15))),
 ];
 
 /// By how many degrees both collars are lowered in a held pose.
@@ -52,11 +53,15 @@ fn main() -> Result<()> {
     println!(
         "| motion | rig | soft | chest | upper arms | static, mm |\n|---|---|--:|--:|--:|--:|"
     );
-    for (rig, share, lowered) in RIGS {
-        let habit = CollarHabit { share, lowered };
+    for (rig, habit) in RIGS {
         let mut all = Off::default();
         for motion in &motions {
-            let clip = habit.applied(motion, simulator.joints_rest_m());
+            let clip = match habit {
+                Some((share, lowered)) => {
+                    CollarHabit { share, lowered }.applied(motion, simulator.joints_rest_m())
+                }
+                None => motion.clone(),
+            };
             let truth = simulator.offsets(&clip)?;
             let off = network.off(&clip, &truth, &simulator)?;
             print_row(&motion.name, rig, &off);
@@ -77,7 +82,12 @@ fn main() -> Result<()> {
 fn motions(simulator: &Simulator, files: &[PathBuf], seconds: f64) -> Result<Vec<Clip>> {
     let joints_rest_m = simulator.joints_rest_m();
     let mut motions = Vec::new();
-    for kind in [ProceduralKind::Walk, ProceduralKind::RunInPlace] {
+    for kind in [
+        ProceduralKind::Walk,
+        ProceduralKind::RunInPlace,
+        ProceduralKind::Hop,
+        ProceduralKind::JumpingJacks,
+    ] {
         let mut motion = Procedural::new(kind);
         motion.duration_seconds = seconds + 2.0;
         let mut clip = motion.clip(joints_rest_m)?;

@@ -12,7 +12,7 @@ const SIDES: [[Joint; 2]; 2] = [
 /// against the trunk as before.
 ///
 /// Rigs differ in how collar and shoulder share an arm's movement, and the same movement has to give the
-/// same features: networks learn from rigs that do it all at the shoulder. Soft tissue depends little on
+/// same features: captures that networks learn from do it all at the shoulder. Soft tissue depends little on
 /// the sharing: with both collars lowered by 40 degrees a simulated chest lies 0.8 mm elsewhere.
 pub(super) fn folded(mut pose: Pose) -> Pose {
     for [collar, shoulder] in SIDES {
