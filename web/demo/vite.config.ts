@@ -109,8 +109,11 @@ function preloads(): Plugin {
     apply: "build",
     transformIndexHtml: {
       order: "post",
-      handler(_html, { bundle }) {
-        const wasm = Object.keys(bundle ?? {}).filter((name) => name.endsWith(".wasm"));
+      handler(_html, { bundle, filename }) {
+        // The page for a visitor's own avatar loads nothing before there is one.
+        if (!filename.endsWith("index.html")) return [];
+        const files = Object.keys(bundle ?? {});
+        const wasm = files.filter((name) => /(core|renderer)_bg[^/]*\.wasm$/.test(name));
         const model = ["bundle.json", "body.glb", "predictor.onnx", "decoder.onnx"];
         const begin = [
           "{ const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';",
@@ -199,8 +202,11 @@ export default defineConfig({
     license: { fileName: "licences-npm.md" },
     rolldownOptions: {
       input: ["index.html", "own.html"].map((page) => join(import.meta.dirname, page)),
-      // What is asked for after the first view, by name.
-      output: { chunkFileNames: "assets/later-[name]-[hash].js" },
+      output: {
+        // What is asked for after the first view, by name.
+        chunkFileNames: ({ isDynamicEntry }) =>
+          `assets/${isDynamicEntry ? "later-" : ""}[name]-[hash].js`,
+      },
     },
   },
 });
