@@ -89,6 +89,7 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "Close in #copy-dialog": ["controls", "DIALOGS"],
   "Close in #share-dialog": ["story", '"Close"'],
   "Close in #keys-dialog": ["controls", "DIALOGS"],
+  "An avatar of your own": ["own", '"An avatar of your own"'],
   "Close this message": ["trouble", '"Close this message"'],
   "Try again": ["conditions", '"Try again"'],
   "a link": ["story", '"How to cite"'],

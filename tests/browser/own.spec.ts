@@ -287,3 +287,9 @@ test("who asks for less motion finds it paused", async ({ page }) => {
   await page.waitForTimeout(500);
   expect(await time()).toBe(first);
 });
+
+test("the Lab leads to the page", async ({ page }) => {
+  await openDemo(page, "?paused=1");
+  await page.getByRole("link", { name: "An avatar of your own" }).click();
+  await expect(page.getByRole("heading", { level: 1, name: "Your own avatar" })).toBeVisible();
+});
