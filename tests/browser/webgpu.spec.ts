@@ -28,6 +28,8 @@ test("skins as the CPU does, to a tenth of a millimetre", async ({ page }) => {
   const largest = await page.evaluate(async () => {
     const demo = window.dynaskinDemo;
     if (!demo?.avatar) throw new Error("the demo is not ready");
+    // Clothes that span what lies under them are in the picture alone.
+    demo.view.bodies[0]?.setLook({ sculpture: false, draped: false });
     let difference = 0;
     for (const time of [0.3, 1.1, 2.4]) {
       demo.seek(time);
