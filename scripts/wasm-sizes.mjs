@@ -33,7 +33,7 @@ export function checkWasmSizes() {
 }
 
 if (process.argv[1] === import.meta.filename) {
-  main(() => {
+  main(async () => {
     const { values } = parseArgs({ options: { write: { type: "boolean" } } });
     if (!isPublished()) {
       throw new Error(`The wasm files are not of the profile ${PUBLISHED}: run \`npm run build\`.`);

@@ -1,4 +1,4 @@
-import { existsSync, readdirSync, readFileSync, statSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync, rmSync, statSync } from "node:fs";
 import { join, relative } from "node:path";
 import { defineConfig, normalizePath, type Plugin } from "vite";
 
@@ -177,6 +177,23 @@ function besidePage(): Plugin {
   };
 }
 
+/** The page's core plays networks as ONNX: what only slim cores play is left out. */
+function withoutLowered(): Plugin {
+  let folder = "";
+  return {
+    name: "without-lowered",
+    apply: "build",
+    configResolved(config) {
+      folder = join(config.root, config.build.outDir);
+    },
+    closeBundle() {
+      for (const name of readdirSync(folder, { recursive: true, encoding: "utf8" })) {
+        if (name.endsWith(".lowered")) rmSync(join(folder, name));
+      }
+    },
+  };
+}
+
 export default defineConfig({
   // Relative, so that the built page works from any folder of any web server.
   base: "./",
@@ -190,6 +207,7 @@ export default defineConfig({
     besidePage(),
     filledPage(),
     preloads(),
+    withoutLowered(),
   ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },
