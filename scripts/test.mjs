@@ -157,6 +157,7 @@ async function browserTests() {
 
 async function publishedTests() {
   await buildOn(PUBLISHED);
+  await buildExamples();
   await weighDemo();
   checkWasmSizes();
   const results = await playwright("playwright-published.json", ["--grep", "@published"]);
