@@ -61,6 +61,7 @@ test("the build works from a sub-path of a plain server", { tag: "@published" },
     });
 
     await test.step("everything else is found there, too", async () => {
+      await page.goto(`${url}?lab=1&paused=1`);
       await page.getByLabel("Second", { exact: true }).selectOption({ label: "Spring bones" });
       await expect(page.locator("#names")).toContainText("Spring bones");
       await page
