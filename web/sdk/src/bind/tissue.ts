@@ -335,7 +335,7 @@ function addSurfaces(
 }
 
 /**
- * How much of the tissue a mesh of one or several materials takes: one number, or one a vertex.
+ * How much of the tissue a mesh takes where it has this material: 0, none of it, to 1, all of it.
  *
  * @internal
  */
