@@ -1,11 +1,11 @@
 //! Tissue pressed against tissue of another limb: arms on the trunk, thighs on each other.
 
-use std::collections::HashMap;
-
 use dynaskin_body::{JOINT_COUNT, Joint, SkinWeights, vertex_normals};
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
 use wide::f32x4;
+
+use crate::nearby::{Edges, Nearby};
 
 /// Surface points further apart than this do not meet within a tick.
 const REACH_M: f32 = 0.05;
@@ -79,19 +79,14 @@ impl ContactSurface {
                 of_joint[usize::from(skin.joints[strongest])]
             })
             .collect();
-        let mut edges = vec![Vec::new(); columns_rest_m.len()];
-        for face in faces {
-            for k in 0..3 {
-                let (a, b) = (face[k], face[(k + 1) % 3]);
-                let length_m = columns_rest_m[a as usize].distance(columns_rest_m[b as usize]);
-                edges[a as usize].push((b, length_m));
-                edges[b as usize].push((a, length_m));
-            }
-        }
+        let edges = Edges::new(columns_rest_m, faces);
+        let mut nearby = Nearby::new(&edges);
         let beside = (0..slots)
             .map(|slot| {
-                let mut found: Vec<u32> = within(slot as u32, &edges, FOLD_M)
-                    .into_iter()
+                let mut found: Vec<u32> = nearby
+                    .within(slot as u32, FOLD_M)
+                    .iter()
+                    .map(|(other, _)| *other)
                     .filter(|other| {
                         limb.get(*other as usize)
                             .is_some_and(|other| *other != limb[slot])
@@ -111,23 +106,6 @@ impl ContactSurface {
             faces: faces.to_vec(),
         }
     }
-}
-
-/// Nodes within `reach_m` of `from` along the edges.
-fn within(from: u32, edges: &[Vec<(u32, f32)>], reach_m: f32) -> Vec<u32> {
-    let mut best: HashMap<u32, f32> = HashMap::from([(from, 0.0)]);
-    let mut open = vec![from];
-    while let Some(node) = open.pop() {
-        let so_far = best[&node];
-        for &(next, length_m) in &edges[node as usize] {
-            let sum = so_far + length_m;
-            if sum < reach_m && best.get(&next).is_none_or(|known| sum < *known) {
-                best.insert(next, sum);
-                open.push(next);
-            }
-        }
-    }
-    best.into_keys().collect()
 }
 
 /// Two slots that face each other in one tick.

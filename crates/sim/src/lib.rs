@@ -11,6 +11,7 @@ mod dataset;
 mod elastic;
 mod kinematics;
 mod materials;
+mod nearby;
 mod run;
 mod settings;
 mod shell;
@@ -29,8 +30,9 @@ pub use dataset::{ClipData, ClipHeader, DatasetError};
 pub use dynaskin_body::Materials;
 pub use materials::{MULTIPLIERS, drawn_materials};
 pub use run::{
-    CollarHabit, DRAWN_SHAPES, HELD_OUT_SHAPES, Job, JobReport, Motion, Outcome, Run, RunError,
-    TRAINING_SHAPES, captures, drawn_shape, execute, procedurals, thin_captures,
+    CollarHabit, DRAWN_SHAPES, HELD_OUT_SHAPES, HeldPoses, Job, JobReport, Motion, Outcome,
+    RigHabit, Run, RunError, TRAINING_SHAPES, captures, drawn_shape, execute, held_poses,
+    procedurals, thin_captures,
 };
 pub use settings::{SettingsError, SimSettings, Tissue};
 pub use shell::{Shell, ShellError, ShellReport, Surface, soft_vertices};

@@ -1,9 +1,10 @@
 //! Simulating a whole data set: what is planned, run in parallel and resumed.
 
-mod collars;
 mod error;
 mod execute;
 mod motions;
+mod poses;
+mod rigs;
 mod shapes;
 
 use std::path::PathBuf;
@@ -13,11 +14,12 @@ use sha2::{Digest as _, Sha256};
 
 use crate::materials::drawn_materials;
 use crate::settings::SimSettings;
-pub use collars::CollarHabit;
 use dynaskin_body::Materials;
 pub use error::RunError;
 pub use execute::execute;
-pub use motions::{Motion, captures, procedurals, thin_captures};
+pub use motions::{Motion, captures, held_poses, procedurals, thin_captures};
+pub use poses::HeldPoses;
+pub use rigs::{CollarHabit, RigHabit};
 pub(crate) use shapes::even_shape;
 pub use shapes::{DRAWN_SHAPES, HELD_OUT_SHAPES, TRAINING_SHAPES, drawn_shape};
 
@@ -32,6 +34,8 @@ pub struct Job {
     pub shape: usize,
     /// Material multipliers.
     pub materials: Materials,
+    /// What the rig makes of the motion.
+    pub rig: RigHabit,
     /// Frames at 60 Hz.
     pub frames: usize,
     /// What was found other than usual in the motion's file, a sentence each.
@@ -66,6 +70,8 @@ pub struct Run<'a> {
     pub mirrored: bool,
     /// Whether every second clip has materials of its own, drawn by name and seed.
     pub vary_materials: bool,
+    /// Whether every second capture is played through a rig of other habits, drawn by name and seed.
+    pub vary_rigs: bool,
     /// Number of training shapes to draw from, at most [`TRAINING_SHAPES`]'s.
     pub shapes: usize,
     /// Whether every second motion also comes on one of [`DRAWN_SHAPES`] further training shapes.
@@ -130,7 +136,7 @@ impl Run<'_> {
                 .frames
                 .len()
                 .min(self.limit_frames.unwrap_or(usize::MAX));
-            let images: &[bool] = if self.mirrored && !motion.is_procedural() {
+            let images: &[bool] = if self.mirrored && matches!(motion, Motion::Capture { .. }) {
                 &[false, true]
             } else {
                 &[false]
@@ -147,10 +153,14 @@ impl Run<'_> {
                         mirrored,
                         shape,
                         materials: Materials::NOMINAL,
+                        rig: RigHabit::NONE,
                         frames,
                         notes: notes.clone(),
                     };
                     job.materials = self.materials(&job.name());
+                    if self.vary_rigs && matches!(job.motion, Motion::Capture { .. }) {
+                        job.rig = RigHabit::drawn(&job.name(), self.seed);
+                    }
                     jobs.push(job);
                 }
             }

@@ -11,8 +11,10 @@ use dynaskin_body::{BodyModel, SHAPE_COUNT};
 
 use crate::settings::SimSettings;
 pub use surface::{ShellError, Surface};
+#[cfg(test)]
+pub(crate) use tissue::Tet;
+pub(crate) use tissue::{Prism, TETS_PER_PRISM, Triangle};
 pub use tissue::{Shell, ShellReport};
-pub(crate) use tissue::{Tet, Triangle};
 pub use topology::soft_vertices;
 
 impl Shell {

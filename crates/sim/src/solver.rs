@@ -6,10 +6,10 @@ use glam::{Mat3, Quat, Vec3};
 use wide::f32x4;
 
 use crate::contact::Contacts;
-use crate::elastic::{Law, TetGroup, TriangleGroup};
+use crate::elastic::{Elements, Law, Machine, PrismGroup, TriangleGroup};
 use crate::kinematics::{Drive, Kinematics};
 use crate::settings::SimSettings;
-use crate::shell::Shell;
+use crate::shell::{Prism, Shell};
 
 /// Displacement in metres and speed in m/s that no tissue reaches: beyond them a run is unstable.
 const MAX_DISPLACEMENT_M: f32 = 0.35;
@@ -49,11 +49,14 @@ pub struct Unstable {
 pub struct Solver<'a> {
     shell: &'a Shell,
     law: Law,
+    machine: Machine,
     substeps: u32,
     relaxation_seconds: f32,
     drive_limit_m_per_s2: f32,
+    /// What damping grows by at most.
+    damping_growth: f32,
     kinematics: Kinematics,
-    tets: Vec<TetGroup>,
+    prisms: Vec<PrismGroup>,
     triangles: Vec<TriangleGroup>,
     /// None where tissue passes through tissue.
     contacts: Option<Contacts>,
@@ -85,6 +88,8 @@ struct NodeConstants {
     /// Real mass over that mass.
     drive_share: Vec<f32>,
     damping_per_s: Vec<f32>,
+    /// What damping grows by per squared metre of displacement.
+    damping_growth_per_m2: Vec<f32>,
     added_mass_kg: f32,
 }
 
@@ -96,11 +101,13 @@ impl<'a> Solver<'a> {
         Self {
             shell,
             law: Law::new(settings),
+            machine: Machine::detected(),
             substeps,
             relaxation_seconds: settings.relaxation_seconds,
             drive_limit_m_per_s2: settings.drive_limit_m_per_s2,
+            damping_growth: settings.damping_growth,
             kinematics: Kinematics::new(shell.joints_rest_m, MODEL_RATE_HZ),
-            tets: TetGroup::pack(&shell.tets, free as u32),
+            prisms: PrismGroup::pack(&shell.prisms, free as u32),
             triangles: TriangleGroup::pack(&shell.triangles, free as u32),
             contacts: settings.contact.then(Contacts::default),
             tick: 0,
@@ -152,7 +159,7 @@ impl<'a> Solver<'a> {
     /// surface is skinned to the simulated surface.
     pub fn offsets_rest_m(&self) -> impl ExactSizeIterator<Item = Vec3> + '_ {
         self.skin_linear.iter().enumerate().map(|(slot, linear)| {
-            let displacement = xyz(self.displacement[slot]);
+            let displacement = self.skin_displacement_m(slot);
             // Blending opposed rotations can squash a vertex to nothing; then only the rotation
             // can be undone.
             if linear.determinant() > 0.05 {
@@ -165,9 +172,24 @@ impl<'a> Solver<'a> {
 
     /// The displacements of the shell's vertices from the skinned surface, world axes, in metres.
     pub fn displacements_world_m(&self) -> impl ExactSizeIterator<Item = Vec3> + '_ {
-        self.displacement[..self.shell.vertices.len()]
-            .iter()
-            .map(|d| xyz(*d))
+        (0..self.shell.vertices.len()).map(|slot| self.skin_displacement_m(slot))
+    }
+
+    /// Displacement of the skin over a node: evened out, world axes, in metres.
+    fn skin_displacement_m(&self, slot: usize) -> Vec3 {
+        let slots = self.shell.vertices.len();
+        let of_column = |column: usize| {
+            // The ring around the moving columns stays on the bones.
+            if column < slots {
+                xyz(self.displacement[column])
+            } else {
+                Vec3::ZERO
+            }
+        };
+        self.shell
+            .skin_blur
+            .at(slot, of_column)
+            .unwrap_or_else(|| of_column(slot))
     }
 
     /// Sets displacement (m) and velocity (m/s), world axes, of every free node as a function of
@@ -187,7 +209,7 @@ impl<'a> Solver<'a> {
     /// Elastic and kinetic energy in joules.
     pub fn energy_joules(&self) -> f64 {
         let elastic: f64 = self
-            .tets
+            .prisms
             .iter()
             .map(|group| group.energy_joules(self.law, &self.displacement))
             .chain(
@@ -234,14 +256,18 @@ impl<'a> Solver<'a> {
                 self.drive_now[node] = pad(pull * self.per_node.drive_share[node]);
             }
         }
-        let prism_rotations: Vec<Mat3> = self
+        let face_rotations: Vec<Mat3> = self
             .shell
-            .prisms
+            .faces
             .iter()
-            .map(|prism| Mat3::from_quat(mean_rotation(prism.map(|c| self.rotation[c as usize]))))
+            .map(|face| Mat3::from_quat(mean_rotation(face.map(|c| self.rotation[c as usize]))))
             .collect();
-        TetGroup::rotate(&mut self.tets, &self.shell.tets, &prism_rotations);
-        TriangleGroup::rotate(&mut self.triangles, &self.shell.triangles, &prism_rotations);
+        for group in &mut self.prisms {
+            group.rotate(&face_rotations);
+        }
+        for group in &mut self.triangles {
+            group.rotate(&face_rotations);
+        }
         if let Some(contacts) = &mut self.contacts {
             let skinned_m = columns
                 .iter()
@@ -257,17 +283,19 @@ impl<'a> Solver<'a> {
         let slots = self.shell.vertices.len();
         let dt = (1.0 / (MODEL_RATE_HZ * f64::from(self.substeps))) as f32;
         let relaxation = f32x4::splat(self.relaxation_seconds);
+        let most_growth = self.damping_growth;
         for substep in 0..self.substeps {
             for node in 0..free {
                 self.ahead[node] = self.displacement[node] + self.velocity[node] * relaxation;
             }
             self.force.fill(f32x4::ZERO);
-            for group in &self.tets {
-                group.add_forces(self.law, &self.ahead, &mut self.force);
-            }
-            for group in &self.triangles {
-                group.add_forces(self.law, &self.ahead, &mut self.force);
-            }
+            let elements = Elements {
+                law: self.law,
+                prisms: &self.prisms,
+                triangles: &self.triangles,
+                displacement: &self.ahead,
+            };
+            elements.add_forces(self.machine, &mut self.force);
             // What is known at the two ends of the tick, met in between.
             let passed = (substep as f32 + 0.5) / self.substeps as f32;
             if let Some(contacts) = &self.contacts {
@@ -277,7 +305,13 @@ impl<'a> Solver<'a> {
             for node in 0..free {
                 let drive = self.drive_before[node]
                     + (self.drive_now[node] - self.drive_before[node]) * share;
-                let damping = self.per_node.damping_per_s[node] * damping_factor * dt;
+                let moved = self.displacement[node];
+                let growth =
+                    (moved * moved).reduce_add() * self.per_node.damping_growth_per_m2[node];
+                let damping = self.per_node.damping_per_s[node]
+                    * (1.0 + growth.min(most_growth))
+                    * damping_factor
+                    * dt;
                 let carried = self.spin[node % slots].cross(xyz(self.displacement[node]));
                 let accel =
                     self.force[node] * f32x4::splat(self.per_node.inverse_mass_per_kg[node]);
@@ -325,6 +359,12 @@ impl NodeConstants {
             inverse_mass_per_kg: Vec::with_capacity(shell.node_rest_m.len()),
             drive_share: Vec::with_capacity(shell.node_rest_m.len()),
             damping_per_s: shell.node_damping_per_s.clone(),
+            damping_growth_per_m2: (0..shell.node_rest_m.len())
+                .map(|node| {
+                    let depth_m = shell.depth_m[node % shell.vertices.len()];
+                    settings.damping_growth / (depth_m * depth_m)
+                })
+                .collect(),
             added_mass_kg: 0.0,
         };
         for (mass, block) in shell.node_mass_kg.iter().zip(stiffness_blocks(shell)) {
@@ -353,15 +393,17 @@ fn stiffness_blocks(shell: &Shell) -> Vec<Mat3> {
         }
     };
     let outer = |g: Vec3| Mat3::from_cols(g * g.x, g * g.y, g * g.z);
-    for tet in &shell.tets {
-        let [a, b, c] = tet.gradients_per_m;
-        let stiffness = tet.stiffness_joules * tet.strain_margin;
-        for (node, g) in tet.nodes.iter().zip([-(a + b + c), a, b, c]) {
-            let shear = Mat3::from_diagonal(Vec3::splat(g.length_squared()));
-            add(
-                *node,
-                shear * stiffness + outer(g) * (tet.bulk_joules * tet.strain_margin),
-            );
+    for prism in &shell.prisms {
+        for (tet, places) in prism.tets.iter().zip(Prism::CORNERS) {
+            let [a, b, c] = tet.gradients_per_m;
+            let stiffness = tet.stiffness_joules * tet.strain_margin;
+            for (place, g) in places.into_iter().zip([-(a + b + c), a, b, c]) {
+                let shear = Mat3::from_diagonal(Vec3::splat(g.length_squared()));
+                add(
+                    prism.nodes[place],
+                    shear * stiffness + outer(g) * (tet.bulk_joules * tet.strain_margin),
+                );
+            }
         }
     }
     for triangle in &shell.triangles {

@@ -80,6 +80,7 @@ fn a_survey_finds_the_largest_offset_where_it_is() {
         mirrored: false,
         vary_materials: true,
         further_shapes: true,
+        vary_rigs: true,
         shapes: 2,
     };
     let motions: Vec<_> = procedurals()

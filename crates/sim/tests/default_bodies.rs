@@ -7,7 +7,7 @@ use std::path::Path;
 
 use dynaskin_body::{BodyModel, Pose};
 use dynaskin_motion::{Clip, Procedural, ProceduralKind};
-use dynaskin_sim::{Run, Shell, SimSettings, Solver};
+use dynaskin_sim::{Run, Shell, SimSettings, Solver, drawn_shape};
 use glam::{DQuat, DVec3, Vec3};
 use rand::{RngExt as _, SeedableRng as _};
 
@@ -130,4 +130,38 @@ fn arms_that_press_on_the_trunk_dent_it() {
         .fold(0.0, f32::max);
     println!("contact moves the skin by up to {dent} m");
     assert!((0.004..0.06).contains(&dent), "{dent} m");
+}
+
+/// Between two bodies that are nearly alike nothing may jump, or no network can learn what a shape does.
+#[test]
+fn the_depth_of_tissue_changes_steadily_with_the_shape() {
+    const STEPS: usize = 12;
+    for name in ["female", "male"] {
+        let body = body(name);
+        let settings = SimSettings::for_body(&body);
+        for line in 0..4 {
+            let (from, to) = (drawn_shape(2 * line), drawn_shape(2 * line + 1));
+            let depths_m: Vec<Vec<f32>> = (0..STEPS)
+                .map(|step| {
+                    let share = 0.3 * step as f32 / STEPS as f32;
+                    let shape = std::array::from_fn(|k| from[k] + share * (to[k] - from[k]));
+                    let shell = Shell::for_body(&body, &shape, &settings).unwrap();
+                    shell.depth_m().to_vec()
+                })
+                .collect();
+            let mut bent_m = 0.0_f32;
+            let mut squares = 0.0_f32;
+            for steps in depths_m.windows(3) {
+                for ((before, now), after) in steps[0].iter().zip(&steps[1]).zip(&steps[2]) {
+                    let bend_m = after - 2.0 * now + before;
+                    bent_m = bent_m.max(bend_m.abs());
+                    squares += bend_m * bend_m;
+                }
+            }
+            let count = ((STEPS - 2) * depths_m[0].len()) as f32;
+            let rms_m = (squares / count).sqrt();
+            println!("{name}, line {line}: largest bend {bent_m} m, {rms_m} m RMS");
+            assert!(bent_m < 1e-3 && rms_m < 1e-4, "{name}, line {line}");
+        }
+    }
 }

@@ -28,6 +28,7 @@ fn run<'a>(body: &'a BodyModel, out: &Path) -> Run<'a> {
         mirrored: true,
         vary_materials: true,
         further_shapes: true,
+        vary_rigs: true,
         shapes: 7,
     }
 }

@@ -84,9 +84,9 @@ fn markers(body: &BodyModel, clip: &ClipData, region: Region) -> Vec<usize> {
     if region != Region::Chest {
         return members.collect();
     }
-    let shaped = body.shaped(&clip.shape);
+    // The same vertices for every shape, so that shapes can be compared.
     let members: Vec<usize> = members.collect();
-    let at = |slot: usize| shaped.positions_m[clip.vertices[slot] as usize];
+    let at = |slot: usize| body.template_m[clip.vertices[slot] as usize];
     [1.0_f32, -1.0]
         .into_iter()
         .filter_map(|side| {

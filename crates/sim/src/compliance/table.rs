@@ -12,7 +12,7 @@ use crate::run::even_shape;
 use crate::settings::SimSettings;
 
 /// Changes when the numbers of a shape change, so that tables made before are made anew.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Shapes reach this much farther from the middle than the training shapes do.
 const REACH: f32 = 1.5;
 /// Shapes that are worked out between two writes of the file.

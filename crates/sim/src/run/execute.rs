@@ -17,7 +17,7 @@ use crate::simulate::{ClipLabels, simulate_clip};
 
 /// Number of the simulator's method: a change that alters results raises it, so that clips made
 /// before are made anew.
-const METHOD: u32 = 3;
+const METHOD: u32 = 4;
 
 /// Simulates all jobs on rayon's current pool and calls `done` after each, from any thread.
 /// Reports come back in the order of the jobs; files do not depend on the number of threads.
@@ -77,6 +77,7 @@ fn one(run: &Run<'_>, job: &Job) -> Result<Outcome, RunError> {
         "method": METHOD,
         "shape": shape,
         "materials": job.materials,
+        "rig": job.rig,
         "settings": run.settings,
     })
     .to_string();
@@ -93,7 +94,9 @@ fn one(run: &Run<'_>, job: &Job) -> Result<Outcome, RunError> {
             return Ok(Outcome::Kept);
         }
     }
-    let mut clip = job.motion.clip(&run.body.shaped(&shape).joints_m)?;
+    let joints_rest_m = run.body.shaped(&shape).joints_m;
+    let clip = job.motion.clip(&joints_rest_m)?;
+    let mut clip = job.rig.applied(&clip, &joints_rest_m);
     clip.frames.truncate(job.frames);
     if job.mirrored {
         clip = clip.mirrored();

@@ -8,6 +8,7 @@ use dynaskin_motion::{Clip, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKin
 use glam::Vec3;
 
 use super::error::RunError;
+use super::poses::HeldPoses;
 
 /// A motion of the data set.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,13 +32,22 @@ pub enum Motion {
         /// Its parameters.
         parameters: Procedural,
     },
+    /// Poses held and changed slowly.
+    Held {
+        /// Kind and number, such as `held-poses-7`.
+        name: String,
+        /// Which poses.
+        poses: HeldPoses,
+    },
 }
 
 impl Motion {
     /// Name for files.
     pub fn name(&self) -> &str {
         match self {
-            Self::Capture { name, .. } | Self::Procedural { name, .. } => name,
+            Self::Capture { name, .. }
+            | Self::Procedural { name, .. }
+            | Self::Held { name, .. } => name,
         }
     }
 
@@ -71,6 +81,7 @@ impl Motion {
             Self::Procedural { parameters, .. } => {
                 parameters.clip(joints_rest_m).map_err(failed)?
             }
+            Self::Held { poses, .. } => poses.clip(joints_rest_m),
             Self::Capture {
                 path,
                 speed,
@@ -231,6 +242,33 @@ pub fn procedurals() -> Vec<Motion> {
                 parameters.height_m * 1000.0
             );
             motions.push(Motion::Procedural { name, parameters });
+        }
+    }
+    motions
+}
+
+/// Clips of held poses to learn from, to decide when to stop by, and to be measured on.
+const HELD_CLIPS: [(&str, u64); 3] = [
+    ("held-poses", 40),
+    ("held-poses-validation", 4),
+    ("held-poses-test", 6),
+];
+/// Length of such a clip in seconds.
+const HELD_SECONDS: f64 = 10.0;
+
+/// Poses held and changed slowly, from T- and A-poses to lying down, with collars that turn. The clips
+/// of each of the three kinds have other poses.
+pub fn held_poses() -> Vec<Motion> {
+    let mut motions = Vec::new();
+    for (kind, count) in HELD_CLIPS {
+        for number in 0..count {
+            motions.push(Motion::Held {
+                name: format!("{kind}-{number}"),
+                poses: HeldPoses {
+                    seed: 1000 * motions.len() as u64 + number,
+                    duration_seconds: HELD_SECONDS,
+                },
+            });
         }
     }
     motions

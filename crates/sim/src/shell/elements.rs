@@ -4,14 +4,21 @@ use dynaskin_body::SkinWeights;
 use glam::{Mat3, Vec3};
 
 use super::columns::Columns;
-use super::inner::InnerSurface;
+use super::inner::{InnerSurface, ramp};
 use super::surface::Surface;
-use super::tissue::{Shell, ShellReport, Tet, Triangle};
+use super::tissue::{Prism, Shell, ShellReport, TETS_PER_PRISM, Tet, Triangle};
 use crate::contact::ContactSurface;
+use crate::nearby::Blur;
 use crate::settings::SimSettings;
 
-/// Tetrahedra of lower quality (1 = regular) are left out: they would dictate the time step.
-const LEAST_QUALITY: f32 = 0.08;
+/// Tetrahedra with a least height up to the first, in metres, are left out, since they would dictate the
+/// time step; up to the second they grow steadily to their full stiffness. It is the height that counts
+/// and no ratio: over the fine triangles of a nipple stand needles, which hold the skin.
+const LEAST_HEIGHT_M: [f32; 2] = [4e-4, 1e-3];
+
+/// Standard deviation in metres over which skin, a millimetre or two thick, evens out what lies under
+/// it: the elements have no stiffness against bending, and the fine triangles of a nipple would crumple.
+const SKIN_BLUR_M: f32 = 0.004;
 
 /// Acceleration of a hard landing, for the strain that stability must allow for.
 const LANDING_M_PER_S2: f32 = 20.0;
@@ -34,7 +41,7 @@ pub(super) fn build(
         layers,
     };
     let mut node_mass_kg = vec![0.0; free];
-    let (tets, dropped_tets) = builder.tets(&mut node_mass_kg);
+    let (prisms, dropped_tets) = builder.prisms(&mut node_mass_kg);
     let triangles = builder.triangles(&mut node_mass_kg);
     // A node that lost all its elements still needs a mass; it moves as if alone.
     for mass in &mut node_mass_kg {
@@ -53,7 +60,11 @@ pub(super) fn build(
     let mean = depth_m.iter().sum::<f32>() / slots as f32;
     let report = ShellReport {
         vertices: slots,
-        tets: tets.len(),
+        tets: prisms
+            .iter()
+            .flat_map(|prism| &prism.tets)
+            .filter(|tet| tet.stiffness_joules > 0.0)
+            .count(),
         dropped_tets,
         shortened_columns: inner.shortened,
         mass_kg: node_mass_kg.iter().sum(),
@@ -69,6 +80,7 @@ pub(super) fn build(
         .map(|v| surface.skin[*v as usize])
         .collect();
     Shell {
+        skin_blur: Blur::new(&column_rest_m, &columns.prisms, SKIN_BLUR_M),
         contact: ContactSurface::new(
             &column_rest_m,
             &column_skin,
@@ -82,9 +94,9 @@ pub(super) fn build(
         node_rest_m,
         node_mass_kg,
         node_damping_per_s,
-        tets,
+        prisms,
         triangles,
-        prisms: columns.prisms,
+        faces: columns.prisms,
         joints_rest_m: surface.joints_rest_m,
         depth_m,
         report,
@@ -176,62 +188,70 @@ impl Builder<'_> {
         1.0 + strain * strain
     }
 
-    fn tets(&self, mass_kg: &mut [f32]) -> (Vec<Tet>, usize) {
-        let mut tets = Vec::new();
+    fn prisms(&self, mass_kg: &mut [f32]) -> (Vec<Prism>, usize) {
+        let mut prisms = Vec::new();
         let mut dropped = 0;
-        for (prism_index, prism) in self.columns.prisms.iter().enumerate() {
-            let mut order = prism.map(|column| column as usize);
+        let fixed = mass_kg.len() as u32;
+        for (face, columns) in self.columns.prisms.iter().enumerate() {
+            let mut order = columns.map(|column| column as usize);
             order.sort_by(|&a, &b| {
                 let key = |c: usize| self.surface.split_order[self.columns.vertex[c] as usize];
                 key(a).total_cmp(&key(b)).then(a.cmp(&b))
             });
+            let even = parity(columns.map(|column| column as usize), order);
             let [a, b, c] = order;
-            let even = parity(prism.map(|column| column as usize), order);
-            let shear_pa = prism
+            let shear_pa = columns
                 .iter()
                 .map(|c| self.shear_pa[*c as usize])
                 .sum::<f32>()
                 / 3.0;
+            let strain_margin = self.strain_margin(columns, shear_pa);
             for top in 0..self.layers {
                 let low = top + 1;
+                let corners = [(a, top), (b, top), (c, top), (a, low), (b, low), (c, low)];
+                let nodes = corners.map(|(column, layer)| self.node(column, layer));
+                let positions = corners.map(|(column, layer)| self.node_m(column, layer));
+                let mut tets = [Tet::default(); TETS_PER_PRISM];
                 // Diagonals run from the lower to the higher column on every side, so that
                 // neighbouring prisms agree.
-                let split = [
-                    (-even, [(a, top), (b, top), (c, top), (c, low)]),
-                    (even, [(a, top), (b, top), (b, low), (c, low)]),
-                    (-even, [(a, top), (a, low), (b, low), (c, low)]),
-                ];
-                for (sign, corners) in split {
-                    let nodes = corners.map(|(column, layer)| self.node(column, layer));
-                    if nodes.iter().all(|&n| n as usize == mass_kg.len()) {
+                let signs = [-even, even, -even];
+                for ((tet, places), sign) in tets.iter_mut().zip(Prism::CORNERS).zip(signs) {
+                    let of_tet = places.map(|place| nodes[place]);
+                    if of_tet.iter().all(|&node| node == fixed) {
                         continue;
                     }
-                    let positions = corners.map(|(column, layer)| self.node_m(column, layer));
-                    let Some((gradients_per_m, volume_m3)) = tet_gradients(positions, sign) else {
+                    let at = places.map(|place| positions[place]);
+                    let Some(shape) = TetShape::new(at, sign) else {
                         dropped += 1;
                         continue;
                     };
-                    let share = volume_m3 * self.settings.density_kg_per_m3 / 4.0;
-                    add_mass(mass_kg, &nodes, share);
-                    tets.push(Tet {
-                        nodes,
-                        gradients_per_m,
+                    let share = shape.volume_m3 * self.settings.density_kg_per_m3 / 4.0;
+                    add_mass(mass_kg, &of_tet, share);
+                    let volume_m3 = shape.volume_m3 * shape.share;
+                    *tet = Tet {
+                        gradients_per_m: shape.gradients_per_m,
                         stiffness_joules: volume_m3 * shear_pa,
                         bulk_joules: volume_m3 * self.settings.bulk_modulus_pa(shear_pa),
-                        strain_margin: self.strain_margin(prism, shear_pa),
-                        prism: prism_index as u32,
+                        strain_margin,
+                    };
+                }
+                if tets.iter().any(|tet| tet.stiffness_joules > 0.0) {
+                    prisms.push(Prism {
+                        nodes,
+                        face: face as u32,
+                        tets,
                     });
                 }
             }
         }
-        (tets, dropped)
+        (prisms, dropped)
     }
 }
 
 impl Builder<'_> {
     fn triangles(&self, mass_kg: &mut [f32]) -> Vec<Triangle> {
         let mut triangles = Vec::new();
-        for (prism_index, prism) in self.columns.prisms.iter().enumerate() {
+        for (face, prism) in self.columns.prisms.iter().enumerate() {
             let columns = prism.map(|column| column as usize);
             let [a, b, c] = columns.map(|column| self.node_m(column, 0));
             let (edge_b, edge_c) = (b - a, c - a);
@@ -265,7 +285,7 @@ impl Builder<'_> {
                 tangents: [first, second],
                 gradients_per_m,
                 stiffness_joules: area_m2 * skin_n_per_m,
-                prism: prism_index as u32,
+                face: face as u32,
             });
         }
         triangles
@@ -293,25 +313,37 @@ fn add_mass(mass_kg: &mut [f32], nodes: &[u32], share_kg: f32) {
     }
 }
 
-/// Gradients of the shape functions of corners 1..4 and the volume in m³; none for a sliver or a
-/// tetrahedron whose orientation is not `sign`.
-fn tet_gradients([a, b, c, d]: [Vec3; 4], sign: f32) -> Option<([Vec3; 3], f32)> {
-    let edges = Mat3::from_cols(b - a, c - a, d - a);
-    let volume_m3 = sign * edges.determinant() / 6.0;
-    let edge_squares: f32 = [b - a, c - a, d - a, c - b, d - b, d - c]
-        .iter()
-        .map(|edge| edge.length_squared())
-        .sum();
-    // Mean ratio (Liu & Joe 1994): 1 for a regular tetrahedron, 0 for a flat one.
-    let quality = 12.0 * (3.0 * volume_m3.max(0.0)).powf(2.0 / 3.0) / edge_squares.max(1e-20);
-    if quality < LEAST_QUALITY {
-        return None;
+/// What a tetrahedron's corners make of it.
+struct TetShape {
+    /// Gradients of the shape functions of corners 1..4.
+    gradients_per_m: [Vec3; 3],
+    volume_m3: f32,
+    /// Share of its stiffness that it takes part with.
+    share: f32,
+}
+
+impl TetShape {
+    /// None for a sliver or a tetrahedron whose orientation is not `sign`.
+    fn new([a, b, c, d]: [Vec3; 4], sign: f32) -> Option<Self> {
+        let edges = Mat3::from_cols(b - a, c - a, d - a);
+        let volume_m3 = sign * edges.determinant() / 6.0;
+        if volume_m3 <= 0.0 {
+            return None;
+        }
+        let gradients = edges.inverse().transpose();
+        let [b, c, d] = [gradients.x_axis, gradients.y_axis, gradients.z_axis];
+        // A corner's gradient is one over its height.
+        let steepest = [b, c, d, b + c + d]
+            .iter()
+            .map(|gradient| gradient.length())
+            .fold(0.0, f32::max);
+        let share = ramp(1.0 / steepest, LEAST_HEIGHT_M);
+        (share > 0.0).then_some(Self {
+            gradients_per_m: [b, c, d],
+            volume_m3,
+            share,
+        })
     }
-    let gradients = edges.inverse().transpose();
-    Some((
-        [gradients.x_axis, gradients.y_axis, gradients.z_axis],
-        volume_m3,
-    ))
 }
 
 #[cfg(test)]
@@ -333,15 +365,15 @@ mod tests {
         )
         .determinant()
             / 6.0;
-        let (gradients, volume_m3) = tet_gradients(corners, volume.signum()).unwrap();
-        assert!((volume_m3 - volume.abs()).abs() < 1e-9);
+        let tet = TetShape::new(corners, volume.signum()).unwrap();
+        assert!((tet.volume_m3 - volume.abs()).abs() < 1e-9);
         assert!(
-            tet_gradients(corners, -volume.signum()).is_none(),
+            TetShape::new(corners, -volume.signum()).is_none(),
             "inverted is refused"
         );
         let slope = Vec3::new(1.0, -2.0, 0.5);
         let mut sum = Vec3::ZERO;
-        for (corner, gradient) in corners[1..].iter().zip(gradients) {
+        for (corner, gradient) in corners[1..].iter().zip(tet.gradients_per_m) {
             sum += gradient * slope.dot(*corner - corners[0]);
         }
         assert!((sum - slope).length() < 1e-4, "{sum}");
@@ -349,7 +381,7 @@ mod tests {
 
     #[test]
     fn slivers_are_refused() {
-        let flat = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(0.3, 0.3, 1e-3)];
-        assert!(tet_gradients(flat, 1.0).is_none());
+        let flat = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(0.3, 0.3, 3e-4)];
+        assert!(TetShape::new(flat, 1.0).is_none());
     }
 }

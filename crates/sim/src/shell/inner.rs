@@ -2,11 +2,12 @@
 
 use std::collections::HashSet;
 
-use dynaskin_body::vertex_normals;
+use dynaskin_body::{Region, vertex_normals};
 use glam::Vec3;
 
 use super::columns::Columns;
 use super::surface::Surface;
+use crate::nearby::Blur;
 use crate::settings::SimSettings;
 
 /// Rounds of smoothing the directions, so that columns under a breast run side by side to the chest
@@ -14,22 +15,30 @@ use crate::settings::SimSettings;
 const DIRECTION_ROUNDS: usize = 40;
 /// Rounds of smoothing the depth.
 const DEPTH_ROUNDS: usize = 3;
+/// Standard deviation in metres of smoothing both along the skin.
+const BLUR_M: f32 = 0.02;
 /// Rounds of smoothing the inner surface itself: bones are smoother than skin.
 const SURFACE_ROUNDS: usize = 12;
 /// Smoothing the inner surface changes a column's length to between these parts of itself: where
 /// the skin bulges, as at a breast, it would otherwise sink deeper than there is tissue.
 const DEPTH_KEPT: [f32; 2] = [0.7, 1.15];
-/// Rounds of turning columns that cross each other towards their neighbours, before any is cut.
-const TURN_ROUNDS: usize = 150;
-/// How many rings around a crossing are turned with it.
-const TURN_RINGS: usize = 3;
-/// Rounds of cutting depth where the inner surface folds.
-const LIMIT_ROUNDS: usize = 60;
-/// A column is cut while a face's inner copy has less than this part of its area, seen along the
-/// face's own normal: at 0 it has no area, below it is inside out.
-const LEAST_AREA_RATIO: f32 = 0.15;
-/// Share of its depth that a cut column keeps per round.
-const CUT: f32 = 0.9;
+/// A smoothed column counts as such where it keeps the direction: from not at all to wholly, as a share
+/// of its length.
+const SAME_WAY: [f32; 2] = [0.3, 0.7];
+/// Rounds of smoothing the directions under a chest further, until they hardly change: a large breast's
+/// normals meet before its depth ends.
+const CHEST_ROUNDS: usize = 200;
+/// Rounds of cutting depth where columns would cross.
+const CUT_ROUNDS: usize = 60;
+/// A face's inner copy has this part of its area, seen along the face's own normal (0: no area, below:
+/// inside out). From the first on its columns are cut a little, from the second on at full rate. What is
+/// done grows steadily from 0, since a shell must change steadily with the body's shape: a yes or no would
+/// make two bodies that are nearly alike swing by a fifth more and less.
+const CUT_AREA: [f32; 2] = [0.3, 0.1];
+/// Share of its depth that a column loses at most per round.
+const CUT: f32 = 0.1;
+/// Share of that which its neighbours lose with it, so that no step is left beside it.
+const CUT_BESIDE: f32 = 0.5;
 
 /// Where every column ends.
 pub(super) struct InnerSurface {
@@ -61,6 +70,17 @@ impl InnerSurface {
                 *direction = direction.normalize_or_zero();
             }
         }
+        // How much of a column's direction its neighbours decide depends on no shape, so that directions
+        // change as steadily with the shape as the skin does.
+        let chest = |column: usize| columns.mix[column][Region::Chest as usize];
+        for _ in 0..CHEST_ROUNDS {
+            let mean = smoothed(&inward, columns, 1.0);
+            for (column, direction) in inward.iter_mut().enumerate() {
+                let next =
+                    direction.lerp(mean[column], 0.5 * chest(column) * columns.softness[column]);
+                *direction = next.normalize_or_zero();
+            }
+        }
         let mut depth_m: Vec<f32> = columns
             .vertex
             .iter()
@@ -74,6 +94,9 @@ impl InnerSurface {
         for _ in 0..DEPTH_ROUNDS {
             depth_m = smoothed(&depth_m, columns, 0.5);
         }
+        // A mesh that is finer in one place is smoothed there by the same length.
+        let blur = Blur::new(&outer, &columns.prisms, BLUR_M);
+        depth_m = blur.of(&depth_m);
         let mut ends: Vec<Vec3> = (0..outer.len())
             .map(|c| outer[c] + inward[c] * depth_m[c])
             .collect();
@@ -91,21 +114,22 @@ impl InnerSurface {
             // Smoothing may only tilt a column and change its length, not turn it around or let
             // it end outside the body.
             let reach = ends[column] - outer[column];
-            let along = reach.dot(inward[column]);
-            if along > 0.5 * reach.length() {
-                let kept = DEPTH_KEPT.map(|part| part * depth_m[column]);
-                inward[column] = reach.normalize();
-                depth_m[column] = reach.length().clamp(kept[0], kept[1]);
-            }
+            let along = reach.dot(inward[column]) / reach.length().max(f32::MIN_POSITIVE);
+            let share = ramp(along, SAME_WAY);
+            let kept = DEPTH_KEPT.map(|part| part * depth_m[column]);
+            let smooth_m = reach.length().clamp(kept[0], kept[1]);
+            let towards = reach.normalize_or(inward[column]);
+            inward[column] = inward[column].lerp(towards, share).normalize();
+            depth_m[column] += share * (smooth_m - depth_m[column]);
             depth_m[column] = depth_m[column].clamp(least, most);
         }
-        for _ in 0..TURN_ROUNDS {
-            if !turn_crossing(&outer, columns, &mut inward, &depth_m) {
-                break;
-            }
+        depth_m = blur.of(&depth_m);
+        inward = blur.of(&inward);
+        for direction in &mut inward {
+            *direction = direction.normalize_or_zero();
         }
         let wanted_m = depth_m.clone();
-        for _ in 0..LIMIT_ROUNDS {
+        for _ in 0..CUT_ROUNDS {
             if !cut_folds(&outer, columns, &inward, &mut depth_m, least) {
                 break;
             }
@@ -113,7 +137,7 @@ impl InnerSurface {
         let shortened = depth_m
             .iter()
             .zip(&wanted_m)
-            .filter(|(now, wanted)| now < wanted)
+            .filter(|(now, wanted)| **now < 0.99 * **wanted)
             .count();
         Self {
             inward,
@@ -121,6 +145,12 @@ impl InnerSurface {
             shortened,
         }
     }
+}
+
+/// 0 at the first bound, 1 at the second, steady between and without a kink.
+pub(super) fn ramp(value: f32, [from, to]: [f32; 2]) -> f32 {
+    let share = ((value - from) / (to - from)).clamp(0.0, 1.0);
+    share * share * (3.0 - 2.0 * share)
 }
 
 /// Which columns lie on an edge that only one prism has.
@@ -137,51 +167,43 @@ fn rim(columns: &Columns) -> Vec<bool> {
     on_rim
 }
 
-/// Columns of the faces whose inner copy is folded or nearly so.
-fn folded(outer_m: &[Vec3], columns: &Columns, inward: &[Vec3], depth_m: &[f32]) -> Vec<bool> {
-    let mut found = vec![false; depth_m.len()];
+/// How much is to be done at each column, 0..=1, about faces whose inner copy shrinks.
+fn squeezed(
+    outer_m: &[Vec3],
+    columns: &Columns,
+    inward: &[Vec3],
+    depth_m: &[f32],
+    areas: [f32; 2],
+) -> Vec<f32> {
+    let mut found = vec![0.0_f32; depth_m.len()];
     for prism in &columns.prisms {
         let outer = prism.map(|c| outer_m[c as usize]);
         let inner: [Vec3; 3] = std::array::from_fn(|k| {
             outer[k] + inward[prism[k] as usize] * depth_m[prism[k] as usize]
         });
         let normal = area_vector(outer);
-        if area_vector(inner).dot(normal) < LEAST_AREA_RATIO * normal.length_squared() {
-            for &column in prism {
-                found[column as usize] = true;
-            }
+        let squared = normal.length_squared().max(f32::MIN_POSITIVE);
+        let share = ramp(area_vector(inner).dot(normal) / squared, areas);
+        for &column in prism {
+            found[column as usize] = found[column as usize].max(share);
         }
     }
     found
 }
 
-/// Makes the columns around folded faces more parallel; tells whether there was such a face. A large
-/// breast keeps its depth this way, where cutting would leave a third of it.
-fn turn_crossing(
-    outer_m: &[Vec3],
-    columns: &Columns,
-    inward: &mut [Vec3],
-    depth_m: &[f32],
-) -> bool {
-    let mut turned = folded(outer_m, columns, inward, depth_m);
-    if !turned.contains(&true) {
-        return false;
-    }
-    for _ in 0..TURN_RINGS {
-        turned = (0..turned.len())
-            .map(|c| turned[c] || columns.neighbours[c].iter().any(|&n| turned[n as usize]))
-            .collect();
-    }
-    let mean = smoothed(inward, columns, 0.5);
-    for (column, direction) in inward.iter_mut().enumerate() {
-        if turned[column] {
-            *direction = mean[column].try_normalize().unwrap_or(*direction);
-        }
-    }
-    true
+/// Each number or `share` of the largest beside it, whichever is more.
+fn spread(values: &[f32], columns: &Columns, share: f32) -> Vec<f32> {
+    values
+        .iter()
+        .zip(&columns.neighbours)
+        .map(|(own, around)| {
+            let beside = around.iter().map(|&n| values[n as usize]);
+            own.max(share * beside.fold(0.0, f32::max))
+        })
+        .collect()
 }
 
-/// Shortens the columns of folded faces; tells whether there was one.
+/// Shortens the columns of squeezed faces; tells whether there was one.
 fn cut_folds(
     outer_m: &[Vec3],
     columns: &Columns,
@@ -189,30 +211,14 @@ fn cut_folds(
     depth_m: &mut [f32],
     least_m: f32,
 ) -> bool {
-    let mut cut = folded(outer_m, columns, inward, depth_m);
-    for (cut, depth_m) in cut.iter_mut().zip(&*depth_m) {
-        *cut &= *depth_m > least_m;
+    let cut = squeezed(outer_m, columns, inward, depth_m, CUT_AREA);
+    if cut.iter().all(|share| *share == 0.0) {
+        return false;
     }
-    let any = cut.contains(&true);
-    // The neighbours give way a little too, so that no step is left beside a cut column.
-    let limit: Vec<f32> = (0..depth_m.len())
-        .map(|c| {
-            if cut[c] {
-                (depth_m[c] * CUT).max(least_m)
-            } else {
-                depth_m[c]
-            }
-        })
-        .collect();
-    for column in 0..depth_m.len() {
-        let beside = columns.neighbours[column]
-            .iter()
-            .filter(|&&n| cut[n as usize])
-            .map(|&n| limit[n as usize] * 1.25)
-            .fold(f32::INFINITY, f32::min);
-        depth_m[column] = limit[column].min(beside);
+    for (depth_m, share) in depth_m.iter_mut().zip(spread(&cut, columns, CUT_BESIDE)) {
+        *depth_m = (*depth_m * (1.0 - CUT * share)).max(least_m);
     }
-    any
+    true
 }
 
 fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {

@@ -4,6 +4,7 @@ use dynaskin_body::{JOINT_COUNT, SkinWeights};
 use glam::Vec3;
 
 use crate::contact::ContactSurface;
+use crate::nearby::Blur;
 
 /// One body shape's soft tissue, ready to be simulated.
 ///
@@ -28,16 +29,19 @@ pub struct Shell {
     pub(crate) node_mass_kg: Vec<f32>,
     /// Damping rate of each free node in 1/s.
     pub(crate) node_damping_per_s: Vec<f32>,
-    pub(crate) tets: Vec<Tet>,
+    /// Prisms that have a tetrahedron.
+    pub(crate) prisms: Vec<Prism>,
     pub(crate) triangles: Vec<Triangle>,
-    /// The three columns of each prism.
-    pub(crate) prisms: Vec<[u32; 3]>,
+    /// The three columns under each face.
+    pub(crate) faces: Vec<[u32; 3]>,
     pub(crate) joints_rest_m: [Vec3; JOINT_COUNT],
     /// Depth of each slot's tissue in metres.
     pub(crate) depth_m: Vec<f32>,
     /// Rest positions of all columns in metres, slots first.
     pub(crate) column_rest_m: Vec<Vec3>,
     pub(crate) contact: ContactSurface,
+    /// What skin evens out; over columns.
+    pub(crate) skin_blur: Blur,
     pub(crate) report: ShellReport,
 }
 
@@ -58,27 +62,43 @@ pub struct ShellReport {
     pub depth_m: [f32; 3],
 }
 
-/// A linear tetrahedron.
+/// Tetrahedra that a prism is split into.
+pub(crate) const TETS_PER_PRISM: usize = 3;
+
+/// One layer under a face.
 #[derive(Clone, Debug)]
+pub(crate) struct Prism {
+    /// Nodes: the upper corners a, b and c, then the lower ones. The number of free nodes stands for
+    /// "fixed to the bone". The tetrahedra are (a, b, c, lower c), (a, b, lower b, lower c) and
+    /// (a, lower a, lower b, lower c).
+    pub nodes: [u32; 6],
+    /// Face it lies under, whose rotation it follows.
+    pub face: u32,
+    pub tets: [Tet; TETS_PER_PRISM],
+}
+
+/// A linear tetrahedron.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tet {
-    /// Nodes; the number of free nodes stands for "fixed to the bone".
-    pub nodes: [u32; 4],
     /// Rest gradients of the shape functions of corners 1..4, in 1/m; corner 0 has minus their sum.
     pub gradients_per_m: [Vec3; 3],
-    /// Volume in m³ times shear modulus in Pa.
+    /// Volume in m³ times shear modulus in Pa; 0 for one that was left out.
     pub stiffness_joules: f32,
     /// Volume in m³ times modulus of the volume term in Pa.
     pub bulk_joules: f32,
     /// How many times stiffer it gets at the strain it is expected to reach.
     pub strain_margin: f32,
-    /// Prism it belongs to, whose rotation it follows.
-    pub prism: u32,
+}
+
+impl Prism {
+    /// Corners of each tetrahedron, as places in [`Self::nodes`].
+    pub const CORNERS: [[usize; 4]; TETS_PER_PRISM] = [[0, 1, 2, 5], [0, 1, 4, 5], [0, 3, 4, 5]];
 }
 
 /// A piece of skin.
 #[derive(Clone, Debug)]
 pub(crate) struct Triangle {
-    /// Nodes, as of [`Tet`].
+    /// Nodes, as of [`Prism`].
     pub nodes: [u32; 3],
     /// Two unit vectors in its rest plane.
     pub tangents: [Vec3; 2],
@@ -86,6 +106,6 @@ pub(crate) struct Triangle {
     pub gradients_per_m: [[f32; 2]; 2],
     /// Area in m² times the skin's stiffness in N/m.
     pub stiffness_joules: f32,
-    /// Prism it covers.
-    pub prism: u32,
+    /// Face that it is, whose rotation it follows.
+    pub face: u32,
 }

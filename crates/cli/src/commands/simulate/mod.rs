@@ -14,7 +14,7 @@ use clap::Args;
 use dynaskin_body::{BodyModel, REGION_COUNT, Region};
 use dynaskin_sim::{
     ComplianceTable, Job, JobReport, Motion, Outcome, Run, Shell, SimSettings, Solver,
-    TRAINING_SHAPES, captures, execute, procedurals, thin_captures,
+    TRAINING_SHAPES, captures, execute, held_poses, procedurals, thin_captures,
 };
 use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
@@ -74,13 +74,22 @@ pub struct SimulateArgs {
     /// range of the training shapes
     #[arg(long)]
     further_shapes: bool,
+    /// Play every second capture through a rig of other habits: collars that take a share of the
+    /// arm's swing, spines of one or two bones
+    #[arg(long)]
+    vary_rigs: bool,
+    /// Also simulate poses that are held and changed slowly, from T- and A-poses to lying down, with
+    /// collars that turn
+    #[arg(long)]
+    held_poses: bool,
     /// Also work out how far the tissue of COUNT shapes gives way when gravity is turned, into
     /// compliance.json beside the clips: `train` learns from it what a shape does. 512 with
     /// `--preset full`; shapes that are there are kept.
     #[arg(long, value_name = "COUNT")]
     compliance: Option<usize>,
     /// A whole data set: `full` takes the captures and the motions made by formula, mirror images,
-    /// slower and faster copies where captures are rare, further shapes, and varied materials.
+    /// slower and faster copies where captures are rare, held poses, further shapes, and varied
+    /// materials and rigs.
     #[arg(long, value_enum)]
     preset: Option<Preset>,
     /// Simulate only part I of N, for running on several machines: `--shard 2/8`. All parts may
@@ -156,9 +165,10 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         vary_materials: args.vary_materials || args.preset == Some(Preset::Full),
         shapes: args.shapes,
         further_shapes: args.further_shapes || args.preset == Some(Preset::Full),
+        vary_rigs: args.vary_rigs || args.preset == Some(Preset::Full),
     };
     let shell = Shell::for_body(&body, &Run::shape(0), &run.settings)?;
-    if args.compliance.is_some() && args.mocap.is_none() && !args.procedural {
+    if args.compliance.is_some() && args.mocap.is_none() && !args.procedural && !args.held_poses {
         return compliance(args, &run);
     }
     let mut jobs = run.plan(&motions(args)?)?;
@@ -281,8 +291,11 @@ fn motions(args: &SimulateArgs) -> anyhow::Result<Vec<Motion>> {
     if args.procedural || args.preset == Some(Preset::Full) {
         motions.extend(procedurals());
     }
+    if args.held_poses || args.preset == Some(Preset::Full) {
+        motions.extend(held_poses());
+    }
     if motions.is_empty() {
-        bail!("nothing to simulate: give --mocap FOLDER, --procedural or both");
+        bail!("nothing to simulate: give --mocap FOLDER, --procedural or --held-poses");
     }
     Ok(motions)
 }
