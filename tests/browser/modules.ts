@@ -8,6 +8,7 @@ const IMPORTS = {
   "dynaskin/babylon": "/web/sdk/dist/babylon/index.js",
   "dynaskin/three": "/web/sdk/dist/three/index.js",
   three: "/node_modules/three/build/three.module.js",
+  "three/tsl": "/node_modules/three/build/three.tsl.js",
   "three/webgpu": "/node_modules/three/build/three.webgpu.js",
   "three/addons/": "/node_modules/three/examples/jsm/",
 };

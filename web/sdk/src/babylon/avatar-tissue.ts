@@ -264,19 +264,20 @@ class BabylonAvatar implements AvatarRig<Mesh> {
     bone.position.copyFrom(place);
   }
 
-  /** By its place in a skin, if it is called as it was there; else by name. */
+  /** By its place in a skin, if it is called as it was there; else by name; else as a clone is called. */
   #find({ name, mesh, joint }: RigBone, bound: readonly number[]): TransformNode | undefined {
     const surface = this.surfaces[bound.indexOf(mesh ?? -1)];
     const bones = surface?.meshes[0] ? jointsOf(surface.meshes[0]) : [];
-    const byPlace = bones[joint ?? -1]?.getTransformNode();
-    if (byPlace && byPlace.name === name) return byPlace;
-    if (name === "") return byPlace ?? undefined;
+    const byPlace = bones[joint ?? -1]?.getTransformNode() ?? undefined;
+    if (byPlace?.name === name || name === "") return byPlace;
     for (const own of this.meshes) {
       const found = jointsOf(own).find((bone) => bone?.getTransformNode()?.name === name);
       if (found) return found.getTransformNode() ?? undefined;
     }
     const nodes = [this.#root, ...this.#root.getDescendants(false)] as TransformNode[];
-    return nodes.find((node) => node.name === name);
+    const byName = nodes.find((node) => node.name === name);
+    // instantiateModelsToScene gives nodes other names, such as "Clone of hips".
+    return byName ?? (byPlace?.name.includes(name) ? byPlace : undefined);
   }
 }
 
