@@ -17,6 +17,12 @@ const IMPORTS = {
 export async function openModules(page: Page, name: string): Promise<string[]> {
   const problems: string[] = [];
   page.on("pageerror", (error) => problems.push(error.message));
+  page.on("console", (message) => {
+    // Engines go on without what the graphics card refuses.
+    if (/GPUValidationError|Render pipeline creation failed/.test(message.text())) {
+      problems.push(message.text());
+    }
+  });
   await page.route(`**/${name}`, (route) =>
     route.fulfill({
       contentType: "text/html",

@@ -61,6 +61,7 @@ export function startBabylon(webgpu) {
       mesh.renderOutline = look === "outline";
       wall.setEnabled(look === "shadow");
       scene.activeCamera = look === "shadow" ? aside : camera;
+      await scene.whenReadyAsync();
       for (let frame = 0; frame < FRAMES; frame += 1) {
         await new Promise(requestAnimationFrame);
         engine.beginFrame();
@@ -150,6 +151,9 @@ function freeze(mesh, { positions, normals }) {
   const frozen = geometry.copy("frozen");
   frozen.setVerticesData(VertexBuffer.PositionKind, positions.slice(), false, 3);
   frozen.setVerticesData(VertexBuffer.NormalKind, normals.slice(), false, 3);
+  // Floats, as those of dynaskin are: see web/sdk/src/babylon/own-geometry.ts.
+  const joints = mesh.getVerticesData(VertexBuffer.MatricesIndicesKind, true);
+  frozen.setVerticesData(VertexBuffer.MatricesIndicesKind, joints, false, 4);
   const bounds = mesh.getBoundingInfo();
   frozen.applyToMesh(mesh);
   mesh.setBoundingInfo(bounds);

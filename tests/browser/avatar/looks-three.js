@@ -23,7 +23,8 @@ export function startThree(webgpu) {
     const { scene: root } = await new GLTFLoader().loadAsync(`${MODEL_URL}body.glb`);
     const mesh = root.getObjectByProperty("isSkinnedMesh", true);
     mesh.castShadow = true;
-    const paper = new THREE.MeshBasicMaterial({ color: 0xffffff });
+    // White; the outlines of WebGPURenderer are of toon materials alone.
+    const paper = new THREE.MeshToonMaterial({ color: 0, emissive: 0xffffff });
     const skin = mesh.material;
     scene.add(createSun(), createWall(), new THREE.HemisphereLight(0xffffff, 0xb0a090, 1.2), root);
     const aside = createCameraAside();
@@ -124,6 +125,8 @@ function freeze(mesh, { positions, normals }) {
   const frozen = geometry.clone();
   frozen.setAttribute("position", new THREE.BufferAttribute(positions.slice(), 3));
   frozen.setAttribute("normal", new THREE.BufferAttribute(normals.slice(), 3));
+  // The renderer would take the shader of the file's whole numbers.
+  frozen.setAttribute("frozen", frozen.getAttribute("position"));
   mesh.geometry = frozen;
   return () => {
     mesh.geometry = geometry;

@@ -138,7 +138,7 @@ describe("AvatarTissue in Babylon.js", () => {
     const bones = mesh.skeleton?.bones ?? [];
     for (const bone of bones) {
       const node = bone.getTransformNode();
-      if (node) node.name = `x${node.name}`;
+      if (node) node.name = `x${node.name}x`;
     }
     await expectError("binding", () => new AvatarTissue(model, root, binding));
     expect(mesh.geometry).toBe(geometry);

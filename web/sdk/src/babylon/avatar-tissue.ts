@@ -16,6 +16,7 @@ import {
 } from "../bind/tissue.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
+import { withSurface } from "./own-geometry.js";
 import {
   checkRoot,
   type Humanoid,
@@ -138,11 +139,7 @@ class Surface implements AvatarSurface {
   }
 
   attach(): void {
-    const own = this.#source.copy(`${this.#source.id} dynaskin`);
-    own.setVerticesData(VertexBuffer.PositionKind, this.positions.slice(), true, 3);
-    if (this.normals.length > 0) {
-      own.setVerticesData(VertexBuffer.NormalKind, this.normals.slice(), true, 3);
-    }
+    const own = withSurface(this.#source, this.positions.slice(), this.normals.slice());
     sources.set(own, this.#source);
     for (const mesh of this.meshes) apply(own, mesh);
     this.#own = own;
@@ -277,7 +274,7 @@ class BabylonAvatar implements AvatarRig<Mesh> {
     const nodes = [this.#root, ...this.#root.getDescendants(false)] as TransformNode[];
     const byName = nodes.find((node) => node.name === name);
     // instantiateModelsToScene gives nodes other names, such as "Clone of hips".
-    return byName ?? (byPlace?.name.includes(name) ? byPlace : undefined);
+    return byName ?? (byPlace?.name.endsWith(name) ? byPlace : undefined);
   }
 }
 

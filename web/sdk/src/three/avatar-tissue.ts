@@ -1,6 +1,6 @@
 import {
   BufferAttribute,
-  BufferGeometry,
+  type BufferGeometry,
   DynamicDrawUsage,
   type Material,
   Matrix4,
@@ -22,6 +22,7 @@ import {
 } from "../bind/tissue.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
+import { withAttributes } from "./own-geometry.js";
 import {
   checkRoot,
   type HumanoidSource,
@@ -142,7 +143,7 @@ class Surface implements AvatarSurface {
     if (this.normals.length > 0) this.#attributes.set("normal", dynamic(this.normals));
     for (const mesh of this.meshes) {
       const source = sourceOf(mesh);
-      const own = this.#geometries.get(source) ?? withAttributes(source, this.#attributes);
+      const own = this.#geometries.get(source) ?? withTissue(source, this.#attributes);
       this.#geometries.set(source, own);
       sources.set(own, source);
       mesh.geometry = own;
@@ -332,24 +333,14 @@ function sharesOf(mesh: SkinnedMesh, options: TissueOptions<SkinnedMesh, Materia
   return shares;
 }
 
-/** The geometry with some attributes of its own; everything else is shared with `source`. */
-function withAttributes(
+/** The geometry with attributes of its own, whose morph targets add to them. */
+function withTissue(
   source: BufferGeometry,
   attributes: ReadonlyMap<string, BufferAttribute>,
 ): BufferGeometry {
-  const geometry = new BufferGeometry();
-  geometry.name = source.name;
-  geometry.userData = source.userData;
-  geometry.setIndex(source.index);
-  for (const [name, attribute] of Object.entries(source.attributes)) {
-    geometry.setAttribute(name, attributes.get(name) ?? attribute);
-  }
+  const geometry = withAttributes(source, attributes);
   geometry.morphAttributes = morphsOf(source);
   geometry.morphTargetsRelative = true;
-  for (const { start, count, materialIndex } of source.groups) {
-    geometry.addGroup(start, count, materialIndex);
-  }
-  geometry.setDrawRange(source.drawRange.start, source.drawRange.count);
   geometry.boundingSphere = enlarged(source.boundingSphere);
   return geometry;
 }
