@@ -6,6 +6,7 @@ import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import { type BindOptions as AnyBindOptions, bindParts } from "../bind/bind.js";
 import type { Binding } from "../bind/binding.js";
+import { type SpringNames, springNames } from "../bind/springs.js";
 import {
   type AvatarRig,
   type AvatarSurface,
@@ -25,6 +26,7 @@ import {
   skinnedMeshes,
   worldOf,
 } from "./read-avatar.js";
+import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
 
 /** How an avatar of Babylon.js is bound. */
 export interface BindOptions extends AnyBindOptions {
@@ -87,7 +89,7 @@ export class AvatarTissue extends TissueDriver<Mesh> {
   ) {
     super(model, binding, options, () => {
       checkRoot(root);
-      return new BabylonAvatar(root, options);
+      return new BabylonAvatar(root, options, springNames(binding.report));
     });
     this.root = root;
   }
@@ -115,13 +117,12 @@ class Surface implements AvatarSurface {
   readonly #source: Geometry;
   #own: Geometry | null = null;
 
-  constructor(mesh: Mesh, source: Geometry, share: number) {
+  constructor(mesh: Mesh, source: Geometry, shares: Float32Array) {
     this.#source = source;
     this.name = `${mesh.name} (${mesh.material?.name ?? "no material"})`;
     this.positions = dataOf(source, VertexBuffer.PositionKind);
     this.normals = dataOf(source, VertexBuffer.NormalKind);
-    const count = this.positions.length / 3;
-    this.shares = share === 1 ? new Float32Array(0) : new Float32Array(count).fill(share);
+    this.shares = shares;
   }
 
   isShown(): boolean {
@@ -184,22 +185,33 @@ class BabylonAvatar implements AvatarRig<Mesh> {
   /** Bones and what is above them, from the root downwards. */
   #path: TransformNode[] = [];
 
-  constructor(root: TransformNode, options: TissueOptions<Mesh, Material | null>) {
+  readonly #held: HeldBones;
+
+  constructor(
+    root: TransformNode,
+    options: TissueOptions<Mesh, Material | null>,
+    names: SpringNames,
+  ) {
     this.#root = root;
+    const { springBones = "replace" } = options;
     const all = skinnedMeshes(root);
     if (all.length === 0) {
       throw new DynaSkinError("argument", "There is no skinned mesh under the node given.");
     }
-    const known = new Map<Geometry, Map<number, Surface>>();
+    const springs = springBonesOf(all, names);
+    this.#held = new HeldBones(all, springBones === "replace" ? springs : new Set());
+    const known = new Map<Geometry, Map<string, Surface>>();
     for (const mesh of all) {
       const share = shareOf(options, mesh, mesh.material);
       const geometry = mesh.geometry as Geometry;
       const source = sources.get(geometry) ?? geometry;
       if (share === 0) continue;
-      const ofShares = known.get(source) ?? new Map<number, Surface>();
-      const surface = ofShares.get(share) ?? new Surface(mesh, source, share);
-      if (!ofShares.has(share)) this.surfaces.push(surface);
-      known.set(source, ofShares.set(share, surface));
+      const shares = sharesOf(mesh, share, sharesBeside(mesh, springs, springBones));
+      const ofShares = known.get(source) ?? new Map<string, Surface>();
+      const key = `${share} ${shares.length > 0 ? mesh.skeleton?.uniqueId : ""}`;
+      const surface = ofShares.get(key) ?? new Surface(mesh, source, shares);
+      if (!ofShares.has(key)) this.surfaces.push(surface);
+      known.set(source, ofShares.set(key, surface));
       surface.meshes.push(mesh);
       this.meshes.push(mesh);
     }
@@ -223,6 +235,10 @@ class BabylonAvatar implements AvatarRig<Mesh> {
 
   detach(): void {
     for (const surface of this.#attached) surface.detach();
+  }
+
+  holdBones(): void {
+    this.#held.hold();
   }
 
   readBones(into: Float64Array): void {
@@ -276,6 +292,12 @@ class BabylonAvatar implements AvatarRig<Mesh> {
     // instantiateModelsToScene gives nodes other names, such as "Clone of hips".
     return byName ?? (byPlace?.name.endsWith(name) ? byPlace : undefined);
   }
+}
+
+/** The lesser of a mesh's share and of those beside bones that move by themselves; empty for all of it. */
+function sharesOf(mesh: Mesh, share: number, beside: Float32Array): Float32Array {
+  if (beside.length > 0) return beside.map((own) => Math.min(own, share));
+  return new Float32Array(share === 1 ? 0 : mesh.getTotalVertices()).fill(share);
 }
 
 /** The matrix of what is above a node, which has been computed already, or is now. */

@@ -9,6 +9,7 @@ import { checkLength, POSE_LENGTH, type Pose } from "../pose.js";
 import type { PoseSource } from "../pose-source.js";
 import type { CoreBinding, CoreTissue } from "../wasm/core.js";
 import { Binding, checkModel } from "./binding.js";
+import { checkSpringBones, type SpringBones } from "./springs.js";
 
 /** How tissue is played on an avatar. */
 export interface TissueOptions<Mesh, Material> {
@@ -19,6 +20,11 @@ export interface TissueOptions<Mesh, Material> {
    * stays still.
    */
   stiffness?: (mesh: Mesh, material: Material) => number;
+  /**
+   * What becomes of bones that move breasts or buttocks by themselves, such as VRM's spring bones. If left
+   * out they are held still: the tissue takes their place.
+   */
+  springBones?: SpringBones;
   /** Where the poses come from; see `PoseSource`. `display` if left out. */
   poseSource?: PoseSource;
 }
@@ -74,6 +80,8 @@ export interface AvatarRig<Mesh extends object> {
   attach(moving: readonly number[]): void;
   /** Gives the meshes back what they had. */
   detach(): void;
+  /** Puts bones back that are not to move by themselves. */
+  holdBones(): void;
   /** Writes the matrices of the bones in the world, right-handed, column-major. */
   readBones(into: Float64Array): void;
   /** The matrix of the avatar's root in the world, as those of the bones. */
@@ -163,6 +171,7 @@ export abstract class TissueDriver<Mesh extends object> {
    */
   update(deltaSeconds: number): void {
     const raw = this.#alive;
+    this.#rig.holdBones();
     this.#rig.readBones(this.#bones.view);
     this.#tellShown(raw);
     this.#core.guard(() => raw.step(this.avatar.raw, Math.max(0, deltaSeconds)));
@@ -290,6 +299,7 @@ function checkArguments(model: Model, binding: Binding, options: TissueOptions<n
   checkObject("options", options);
   checkCallback("exclude", options.exclude);
   checkCallback("stiffness", options.stiffness);
+  checkSpringBones(options.springBones);
 }
 
 function meshOf(core: Core, raw: CoreBinding, { name, positions }: AvatarSurface): number {

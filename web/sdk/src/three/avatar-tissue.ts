@@ -12,11 +12,11 @@ import {
 } from "three";
 import { type BindOptions as AnyBindOptions, bindParts } from "../bind/bind.js";
 import type { Binding } from "../bind/binding.js";
+import { type SpringNames, springNames } from "../bind/springs.js";
 import {
   type AvatarRig,
   type AvatarSurface,
   type RigBone,
-  shareOf,
   TissueDriver,
   type TissueOptions,
 } from "../bind/tissue.js";
@@ -32,6 +32,8 @@ import {
   skinnedMeshes,
   vectorsOf,
 } from "./read-avatar.js";
+import { lesser, sharesOf } from "./shares.js";
+import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
 
 /** How an avatar of three.js is bound. */
 export interface BindOptions extends AnyBindOptions {
@@ -93,7 +95,7 @@ export class AvatarTissue extends TissueDriver<SkinnedMesh> {
   ) {
     super(model, binding, options, () => {
       checkRoot(root);
-      return new ThreeAvatar(root, options);
+      return new ThreeAvatar(root, options, springNames(binding.report));
     });
     this.root = root;
   }
@@ -199,16 +201,22 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
   /** Bones and what is above them, from the root downwards. */
   #path: Object3D[] = [];
 
-  constructor(root: Object3D, options: TissueOptions<SkinnedMesh, Material>) {
+  readonly #held: HeldBones;
+
+  constructor(root: Object3D, options: TissueOptions<SkinnedMesh, Material>, names: SpringNames) {
     this.#root = root;
+    const { springBones = "replace" } = options;
     const all = skinnedMeshes(root);
     if (all.length === 0) {
       throw new DynaSkinError("argument", "There is no skinned mesh under the object given.");
     }
+    const springs = springBonesOf(all, names);
+    this.#held = new HeldBones(all, springBones === "replace" ? springs : new Set());
     const known = new Map<string, Surface>();
     const numberOf = numbering();
     for (const mesh of all) {
-      const shares = sharesOf(mesh, options);
+      const beside = sharesBeside(mesh, springs, springBones);
+      const shares = lesser(sharesOf(mesh, options), beside);
       if (shares.every((share) => share === 0) && shares.length > 0) continue;
       // Primitives of one mesh often share their vertices.
       const { position, normal } = sourceOf(mesh).attributes;
@@ -240,6 +248,10 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
 
   detach(): void {
     for (const surface of this.#attached) surface.detach();
+  }
+
+  holdBones(): void {
+    this.#held.hold();
   }
 
   readBones(into: Float64Array): void {
@@ -308,29 +320,6 @@ function numbering(): (object: object | null | undefined) => number {
     numbers.set(object, number);
     return number;
   };
-}
-
-/** How much of the tissue each vertex takes; empty where it is all of it. */
-function sharesOf(mesh: SkinnedMesh, options: TissueOptions<SkinnedMesh, Material>): Float32Array {
-  const geometry = sourceOf(mesh);
-  const { count } = geometry.getAttribute("position");
-  const of = materialsOf(mesh).map((material) => shareOf(options, mesh, material));
-  const [first = 1] = of;
-  if (of.every((share) => share === first)) {
-    return first === 1 ? new Float32Array(0) : new Float32Array(count).fill(first);
-  }
-  // Where materials meet, the stiffer one keeps its shape.
-  const shares = new Float32Array(count).fill(1);
-  const vertexAt = (at: number) => geometry.index?.getX(at) ?? at;
-  const corners = geometry.index?.count ?? count;
-  for (const { start, count: length, materialIndex } of geometry.groups) {
-    const share = of[materialIndex ?? 0] ?? 1;
-    for (let at = start; at < Math.min(start + length, corners); at += 1) {
-      const vertex = vertexAt(at);
-      shares[vertex] = Math.min(shares[vertex] ?? 1, share);
-    }
-  }
-  return shares;
 }
 
 /** The geometry with attributes of its own, whose morph targets add to them. */

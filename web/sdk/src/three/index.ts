@@ -29,6 +29,7 @@ import { vectorsOf } from "./read-avatar.js";
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
 export { Binding, type BindingReport } from "../bind/binding.js";
+export type { SpringBones } from "../bind/springs.js";
 export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
 export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
 export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
