@@ -11,6 +11,7 @@ import {
   type AvatarRig,
   type AvatarSurface,
   type RigBone,
+  type SurfaceArrays,
   shareOf,
   TissueDriver,
   type TissueOptions,
@@ -107,11 +108,12 @@ const place = new Vector3();
 const rotation = new Quaternion();
 const wanted = new Quaternion();
 
-/** Positions and normals of a geometry, which clones share. */
+/** Positions, normals and tangents of a geometry, which clones share. */
 class Surface implements AvatarSurface {
   readonly name: string;
   readonly positions: Float32Array;
   readonly normals: Float32Array;
+  readonly tangents: Float32Array;
   readonly shares: Float32Array;
   readonly meshes: Mesh[] = [];
   readonly #source: Geometry;
@@ -122,6 +124,7 @@ class Surface implements AvatarSurface {
     this.name = `${mesh.name} (${mesh.material?.name ?? "no material"})`;
     this.positions = dataOf(source, VertexBuffer.PositionKind);
     this.normals = dataOf(source, VertexBuffer.NormalKind);
+    this.tangents = dataOf(source, VertexBuffer.TangentKind);
     this.shares = shares;
   }
 
@@ -141,6 +144,9 @@ class Surface implements AvatarSurface {
 
   attach(): void {
     const own = withSurface(this.#source, this.positions.slice(), this.normals.slice());
+    if (this.tangents.length > 0) {
+      own.setVerticesData(VertexBuffer.TangentKind, this.tangents.slice(), true, 4);
+    }
     sources.set(own, this.#source);
     for (const mesh of this.meshes) apply(own, mesh);
     this.#own = own;
@@ -156,10 +162,13 @@ class Surface implements AvatarSurface {
     this.#own = null;
   }
 
-  upload(positions: Float32Array, normals: Float32Array): void {
+  upload({ positions, normals, tangents }: SurfaceArrays): void {
     this.#own?.updateVerticesData(VertexBuffer.PositionKind, positions, false);
     if (normals.length > 0) {
       this.#own?.updateVerticesData(VertexBuffer.NormalKind, normals, false);
+    }
+    if (tangents.length > 0) {
+      this.#own?.updateVerticesData(VertexBuffer.TangentKind, tangents, false);
     }
   }
 }

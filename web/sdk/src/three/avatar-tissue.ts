@@ -17,6 +17,7 @@ import {
   type AvatarRig,
   type AvatarSurface,
   type RigBone,
+  type SurfaceArrays,
   TissueDriver,
   type TissueOptions,
 } from "../bind/tissue.js";
@@ -25,6 +26,7 @@ import type { Model } from "../model.js";
 import { withAttributes } from "./own-geometry.js";
 import {
   checkRoot,
+  four,
   type HumanoidSource,
   materialsOf,
   nameOf,
@@ -117,21 +119,23 @@ function sourceOf({ geometry }: SkinnedMesh): BufferGeometry {
   return sources.get(geometry) ?? geometry;
 }
 
-/** Positions and normals that one or several meshes show. */
+/** Positions, normals and tangents that one or several meshes show. */
 class Surface implements AvatarSurface {
   readonly name: string;
   readonly positions: Float32Array;
   readonly normals: Float32Array;
+  readonly tangents: Float32Array;
   readonly shares: Float32Array;
   readonly meshes: SkinnedMesh[] = [];
   readonly #attributes: Map<string, BufferAttribute>;
   readonly #geometries = new Map<BufferGeometry, BufferGeometry>();
 
   constructor(mesh: SkinnedMesh, shares: Float32Array) {
-    const { position, normal } = sourceOf(mesh).attributes;
+    const { position, normal, tangent } = sourceOf(mesh).attributes;
     this.name = `${nameOf(mesh)} (${materialsOf(mesh)[0]?.name ?? "no material"})`;
     this.positions = position ? vectorsOf(position) : new Float32Array(0);
     this.normals = normal ? vectorsOf(normal) : new Float32Array(0);
+    this.tangents = four(tangent, tangent?.count ?? 0);
     this.shares = shares;
     this.#attributes = new Map();
   }
@@ -141,8 +145,9 @@ class Surface implements AvatarSurface {
   }
 
   attach(): void {
-    this.#attributes.set("position", dynamic(this.positions));
-    if (this.normals.length > 0) this.#attributes.set("normal", dynamic(this.normals));
+    this.#attributes.set("position", dynamic(this.positions, 3));
+    if (this.normals.length > 0) this.#attributes.set("normal", dynamic(this.normals, 3));
+    if (this.tangents.length > 0) this.#attributes.set("tangent", dynamic(this.tangents, 4));
     for (const mesh of this.meshes) {
       const source = sourceOf(mesh);
       const own = this.#geometries.get(source) ?? withTissue(source, this.#attributes);
@@ -168,20 +173,26 @@ class Surface implements AvatarSurface {
     this.#geometries.clear();
   }
 
-  upload(positions: Float32Array, normals: Float32Array, first: number, end: number): void {
-    const arrays: Record<string, Float32Array> = { position: positions, normal: normals };
-    for (const [name, attribute] of this.#attributes) {
-      const from = arrays[name] as Float32Array;
-      (attribute.array as Float32Array).set(from.subarray(3 * first, 3 * end), 3 * first);
-      attribute.clearUpdateRanges();
-      attribute.addUpdateRange(3 * first, 3 * (end - first));
-      attribute.needsUpdate = true;
-    }
+  upload({ positions, normals, tangents }: SurfaceArrays, first: number, end: number): void {
+    this.#write("position", positions, first, end);
+    this.#write("normal", normals, first, end);
+    this.#write("tangent", tangents, first, end);
+  }
+
+  #write(name: string, from: Float32Array, first: number, end: number): void {
+    const attribute = this.#attributes.get(name);
+    if (!attribute || from.length === 0) return;
+    const { itemSize } = attribute;
+    const [start, stop] = [itemSize * first, itemSize * end];
+    (attribute.array as Float32Array).set(from.subarray(start, stop), start);
+    attribute.clearUpdateRanges();
+    attribute.addUpdateRange(start, stop - start);
+    attribute.needsUpdate = true;
   }
 }
 
-function dynamic(numbers: Float32Array): BufferAttribute {
-  return new BufferAttribute(numbers.slice(), 3).setUsage(DynamicDrawUsage);
+function dynamic(numbers: Float32Array, itemSize: number): BufferAttribute {
+  return new BufferAttribute(numbers.slice(), itemSize).setUsage(DynamicDrawUsage);
 }
 
 function isShown(mesh: SkinnedMesh): boolean {
@@ -219,9 +230,9 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
       const shares = lesser(sharesOf(mesh, options), beside);
       if (shares.every((share) => share === 0) && shares.length > 0) continue;
       // Primitives of one mesh often share their vertices.
-      const { position, normal } = sourceOf(mesh).attributes;
+      const { position, normal, tangent } = sourceOf(mesh).attributes;
       const isWhole = shares.length === 0;
-      const key = [position, normal, isWhole ? null : mesh].map(numberOf).join();
+      const key = [position, normal, tangent, isWhole ? null : mesh].map(numberOf).join();
       const surface = known.get(key) ?? new Surface(mesh, shares);
       if (!known.has(key)) this.surfaces.push(surface);
       known.set(key, surface);

@@ -134,8 +134,8 @@ function readMesh(mesh: SkinnedMesh, places: Map<Object3D, number>): AvatarMesh 
   };
 }
 
-/** Four numbers a vertex; none where the attribute is missing, which the core refuses. */
-function four(attribute: Attribute | undefined, count: number): Float32Array {
+/** Four numbers a vertex; none where the attribute is missing, which the core refuses for skins. */
+export function four(attribute: Attribute | undefined, count: number): Float32Array {
   if (!attribute) return new Float32Array(0);
   const numbers = new Float32Array(4 * count);
   for (let idx = 0; idx < count; idx += 1) {
