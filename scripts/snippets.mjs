@@ -18,6 +18,7 @@ const SHARED = {
   moduleDetection: "force",
   lib: ["ES2023", "DOM", "DOM.Iterable"],
   types: [],
+  jsx: "react-jsx",
   // The declarations of three.js and Babylon.js disagree about WebXR.
   skipLibCheck: true,
   noEmit: true,
@@ -43,7 +44,7 @@ export async function checkSnippets() {
   const count = { typescript: 0, javascript: 0 };
   for (const page of pagesOf(ROOT)) {
     for (const snippet of await snippetsOf(page)) {
-      const kind = snippet.language === "ts" ? "typescript" : "javascript";
+      const kind = snippet.language.startsWith("ts") ? "typescript" : "javascript";
       count[kind] += 1;
       write(kind, page, snippet);
     }
@@ -68,7 +69,7 @@ function write(kind, page, { line, language, code, before }) {
   if (kind === "javascript" && before) {
     throw new Error(`${relative(ROOT, page)}:${line}: only TypeScript can need what is not shown.`);
   }
-  const ending = kind === "typescript" ? "ts" : "js";
+  const ending = kind === "typescript" ? language : "js";
   writeFileSync(join(folder, `${name}.${ending}`), `${before}${body}`);
 }
 

@@ -6,13 +6,13 @@ import { readFileSync } from "node:fs";
  *
  * @typedef {object} Snippet
  * @property {number} line of the page, of its first line
- * @property {"ts" | "js" | "html"} language
+ * @property {"ts" | "tsx" | "js" | "html"} language
  * @property {string} code as readers see it
  * @property {string} before what readers do not see and the code needs, as TypeScript
  */
 
 /**
- * The pieces of a page in TypeScript, JavaScript and HTML. What one needs beside itself stands in a comment before it:
+ * The pieces of a page in TypeScript, also with JSX, JavaScript and HTML. What one needs beside itself stands in a comment before it:
  *
  *     <!-- snippet
  *     import { load } from "dynaskin";
@@ -29,7 +29,7 @@ export async function snippetsOf(page) {
   const found = [];
   const visit = (node) => {
     for (const [idx, child] of (node.children ?? []).entries()) {
-      if (child.type === "code" && ["ts", "js", "html"].includes(child.lang)) {
+      if (child.type === "code" && ["ts", "tsx", "js", "html"].includes(child.lang)) {
         const { line } = child.position.start;
         const before = contextOf(node.children[idx - 1], found.at(-1));
         found.push({ line, language: child.lang, code: `${child.value}\n`, before });

@@ -5,6 +5,7 @@
  * @typedef {object} Options How the avatar is made.
  * @property {number} [unitsPerM] units of the file in a metre
  * @property {boolean} [quantised] whether positions are 16-bit integers among other numbers
+ * @property {boolean} [bust] whether breasts have bones, as VRoid calls them
  * @property {boolean} [split] whether the mesh is two, above and below its middle, that share vertices
  */
 
@@ -20,6 +21,14 @@ export const BONES = [
 export const PARENTS = [
   ...[-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21],
 ];
+
+/** Bones of the breasts, left and right. */
+export const BUST_BONES = ["J_Sec_L_Bust1", "J_Sec_R_Bust1"];
+/** How far from its most forward vertex a breast follows its bone, metres. */
+const BUST_M = 0.1;
+/** How far behind that vertex the bone is, metres. */
+const BUST_BONE_M = 0.08;
+const SPINE3 = 9;
 
 /** Materials of the parts. */
 export const MATERIALS = ["Suit", "Armor"];
@@ -65,12 +74,45 @@ function parts(faces, positions, split) {
 }
 
 /**
+ * Gives breasts to bones of their own: where the bones are, and skin that follows them. All in metres.
+ *
+ * @param {import("dynaskin").Model} model
+ * @param {Float32Array} positions
+ */
+export function bustOf(model, positions) {
+  const joints = Uint16Array.from(model.body.skinJoints);
+  const weights = model.body.skinWeights.slice();
+  const vertices = Array.from({ length: positions.length / 3 }, (_, vertex) => vertex);
+  /** @type {(vertex: number, axis: number) => number} */
+  const at = (vertex, axis) => positions[3 * vertex + axis] ?? 0;
+  // Between navel and collar.
+  const chest = vertices.filter((vertex) => at(vertex, 1) > 1.1 && at(vertex, 1) < 1.35);
+  const tips = [1, -1].map((side) =>
+    chest
+      .filter((vertex) => side * at(vertex, 0) > 0.03 && side * at(vertex, 0) < 0.15)
+      .reduce((best, vertex) => (at(vertex, 2) > at(best, 2) ? vertex : best)),
+  );
+  for (const [bone, tip] of tips.entries()) {
+    for (const vertex of vertices) {
+      const apartM = Math.hypot(...[0, 1, 2].map((axis) => at(vertex, axis) - at(tip, axis)));
+      const own = Math.max(0, 1 - apartM / BUST_M);
+      if (own === 0 || weights[4 * vertex + 3] !== 0) continue;
+      for (let slot = 0; slot < 3; slot += 1) weights[4 * vertex + slot] *= 1 - own;
+      joints[4 * vertex + 3] = BONES.length + bone;
+      weights[4 * vertex + 3] = own;
+    }
+  }
+  const places = tips.map((tip) => [at(tip, 0), at(tip, 1), at(tip, 2) - BUST_BONE_M]);
+  return { tips, places, joints, weights };
+}
+
+/**
  * The avatar in three.js.
  *
  * @param {typeof import("three")} THREE
  * @param {import("dynaskin").Model} model
  * @param {Options} options
- * @returns {{ root: import("three").Group, meshes: import("three").SkinnedMesh[] }}
+ * @returns {{ root: import("three").Group, meshes: import("three").SkinnedMesh[], tips: number[] }}
  */
 export function makeInThree(THREE, model, options = {}) {
   const { positions, normals, places, faces } = madeArrays(model, options);
@@ -83,6 +125,15 @@ export function makeInThree(THREE, model, options = {}) {
     return bone;
   });
   for (const [joint, bone] of bones.entries()) bones[PARENTS[joint] ?? -1]?.add(bone);
+  const bust = options.bust ? bustOf(model, positions) : null;
+  for (const [idx, place] of (bust?.places ?? []).entries()) {
+    const bone = new THREE.Bone();
+    bone.name = BUST_BONES[idx] ?? "";
+    bones[0]?.updateWorldMatrix(true, true);
+    bones[SPINE3]?.add(bone);
+    bone.position.copy(bones[SPINE3]?.worldToLocal(new THREE.Vector3(...place)) ?? bone.position);
+    bones.push(bone);
+  }
   const armature = new THREE.Group();
   armature.name = "Armature";
   if (bones[0]) armature.add(bones[0]);
@@ -96,8 +147,8 @@ export function makeInThree(THREE, model, options = {}) {
     position: new THREE.BufferAttribute(positions, 3),
     normal: new THREE.BufferAttribute(normals, 3),
     color: new THREE.BufferAttribute(model.body.colors, 4, true),
-    skinIndex: new THREE.BufferAttribute(model.body.skinJoints, 4),
-    skinWeight: new THREE.BufferAttribute(model.body.skinWeights, 4),
+    skinIndex: new THREE.BufferAttribute(bust?.joints ?? model.body.skinJoints, 4),
+    skinWeight: new THREE.BufferAttribute(bust?.weights ?? model.body.skinWeights, 4),
   };
   if (options.quantised) {
     const extent = positions.reduce((most, number) => Math.max(most, Math.abs(number)), 0);
@@ -123,5 +174,5 @@ export function makeInThree(THREE, model, options = {}) {
     mesh.bind(skeleton, bindMatrix);
     return mesh;
   });
-  return { root, meshes };
+  return { root, meshes, tips: bust?.tips ?? [] };
 }

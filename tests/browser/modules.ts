@@ -8,6 +8,7 @@ const IMPORTS = {
   "dynaskin/babylon": "/web/sdk/dist/babylon/index.js",
   "dynaskin/three": "/web/sdk/dist/three/index.js",
   three: "/node_modules/three/build/three.module.js",
+  "three/tsl": "/node_modules/three/build/three.tsl.js",
   "three/webgpu": "/node_modules/three/build/three.webgpu.js",
   "three/addons/": "/node_modules/three/examples/jsm/",
 };
@@ -16,6 +17,12 @@ const IMPORTS = {
 export async function openModules(page: Page, name: string): Promise<string[]> {
   const problems: string[] = [];
   page.on("pageerror", (error) => problems.push(error.message));
+  page.on("console", (message) => {
+    // Engines go on without what the graphics card refuses.
+    if (/GPUValidationError|Render pipeline creation failed/.test(message.text())) {
+      problems.push(message.text());
+    }
+  });
   await page.route(`**/${name}`, (route) =>
     route.fulfill({
       contentType: "text/html",

@@ -303,6 +303,15 @@ fn assembled(found: &Found<'_>) -> Bound {
 /// Turns below this are none: joints of a mesh that were bound in one pose, radians.
 const SAME_TURN: f32 = 5e-3;
 
+/// Whether this node turns a joint.
+fn turns(drive: Drive, node: usize) -> bool {
+    match drive {
+        Drive::Joint(own) => own == node,
+        Drive::Between(low, high, _) => low == node || high == node,
+        Drive::Parent => false,
+    }
+}
+
 impl Found<'_> {
     fn mesh(&self, mesh: &SkinnedMesh, vertices: Vec<u32>, rows: Vec<u32>) -> MeshBinding {
         let linear = |vertex: usize| {
@@ -358,6 +367,8 @@ impl Found<'_> {
             .meshes
             .iter()
             .flat_map(|mesh| &mesh.joints)
+            // What is called a chest may well be the spine.
+            .filter(|node| !self.bones.drives.iter().any(|drive| turns(*drive, **node)))
             .map(|node| name(*node))
             .filter(|name| is_tissue_bone(name))
             .collect();

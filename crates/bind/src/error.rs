@@ -16,8 +16,8 @@ pub enum BindError {
     Glb(#[from] GlbError),
     /// No mesh of the file has a skin.
     #[error(
-        "the file has {meshes} meshes and none of them is skinned: soft tissue follows bones, so \
-         export the avatar with its armature and weights"
+        "{}: soft tissue follows bones, so export the avatar with its armature and weights",
+        unskinned(*meshes)
     )]
     Unskinned {
         /// Meshes in the file.
@@ -106,6 +106,15 @@ impl BindError {
             Self::Body(_) => "body",
             _ => "avatar",
         }
+    }
+}
+
+/// What is wrong with a file of so many meshes, none of which is skinned.
+fn unskinned(meshes: usize) -> String {
+    match meshes {
+        0 => "the file has no mesh".to_owned(),
+        1 => "the file has one mesh, and it is not skinned".to_owned(),
+        _ => format!("the file has {meshes} meshes and none of them is skinned"),
     }
 }
 

@@ -199,6 +199,10 @@ fn indices_of_what_is_not_there() {
         }),
         BindError::Unskinned { .. }
     ));
+    let said = |meshes| BindError::Unskinned { meshes }.to_string();
+    assert!(said(0).starts_with("the file has no mesh:"), "{}", said(0));
+    assert!(said(1).contains("one mesh, and it is not skinned"));
+    assert!(said(3).contains("3 meshes and none of them is skinned"));
 }
 
 #[test]

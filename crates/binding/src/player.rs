@@ -46,6 +46,8 @@ pub struct Player {
 /// tissue on them, in the mesh's own space before skinning.
 #[derive(Debug)]
 pub struct Surface {
+    /// The mesh's name.
+    name: String,
     vertices: Vec<MovingVertex>,
     /// From a row's offset in metres to the mesh's own unit and axes.
     mesh_from_row: Mat3A,
@@ -56,8 +58,10 @@ pub struct Surface {
     turns: Vec<Quat>,
     still_positions: Vec<f32>,
     still_normals: Vec<f32>,
+    still_tangents: Vec<f32>,
     positions: Vec<f32>,
     normals: Vec<f32>,
+    tangents: Vec<f32>,
     is_shown: bool,
     gain: f32,
 }
@@ -148,6 +152,29 @@ impl Player {
         Ok(self.surfaces.len() - 1)
     }
 
+    /// Gives a surface tangents, `[vertex][4]`: the way and, last, its handedness. They keep to the plane of
+    /// the normals.
+    ///
+    /// # Errors
+    /// [`BindingError::Surface`] for a surface that is not there or has no normals, and for another number of tangents.
+    pub fn set_tangents(&mut self, surface: usize, tangents: &[f32]) -> Result<(), BindingError> {
+        let wrong = |mesh: &str, vertices: usize| BindingError::Surface {
+            mesh: mesh.to_owned(),
+            vertices: vertices as u32,
+            what: format!("{} numbers for tangents", tangents.len()),
+        };
+        let Some(surface) = self.surfaces.get_mut(surface) else {
+            return Err(wrong("", 0));
+        };
+        let vertices = surface.normals.len() / 3;
+        if tangents.len() != 4 * vertices {
+            return Err(wrong(&surface.name, vertices));
+        }
+        surface.still_tangents = tangents.to_vec();
+        surface.tangents = tangents.to_vec();
+        Ok(())
+    }
+
     /// Whether a surface is seen; others stay as they are, and cost nothing.
     pub fn show(&mut self, surface: usize, is_shown: bool) {
         if let Some(surface) = self.surfaces.get_mut(surface) {
@@ -229,6 +256,7 @@ impl Surface {
         let turns = bound.turns.iter().zip(&takes);
         let linear = bound.mesh_from_root;
         Ok(Self {
+            name: bound.name.clone(),
             vertices: moving.filter(|moving| moving.share > 0.0).collect(),
             turns: turns
                 .filter(|(_, takes)| **takes)
@@ -238,8 +266,10 @@ impl Surface {
             normals_from_row: Mat3A::from(normals_from(linear)),
             still_positions: positions.to_vec(),
             still_normals: normals.to_vec(),
+            still_tangents: Vec::new(),
             positions: positions.to_vec(),
             normals: normals.to_vec(),
+            tangents: Vec::new(),
             is_shown: true,
             gain: 1.0,
         })
@@ -268,8 +298,14 @@ impl Surface {
         &self.normals
     }
 
+    /// Unit tangents and their handedness, `[vertex][4]`; empty where the engine gave none.
+    pub fn tangents(&self) -> &[f32] {
+        &self.tangents
+    }
+
     fn update(&mut self, of_rows: &[Change]) {
         let has_normals = !self.normals.is_empty();
+        let has_tangents = !self.tangents.is_empty();
         for (at, moving) in self.vertices.iter().enumerate() {
             let row = &of_rows[moving.row as usize];
             let mut offset = self.mesh_from_row * row.offset_m;
@@ -284,8 +320,14 @@ impl Surface {
             store(&mut self.positions, from, still + offset * share);
             if has_normals {
                 let still = load(&self.still_normals, from);
-                let changed = still + normal * share;
-                store(&mut self.normals, from, changed.normalize_or(still));
+                let changed = (still + normal * share).normalize_or(still);
+                store(&mut self.normals, from, changed);
+                if has_tangents {
+                    let from = 4 * moving.vertex as usize;
+                    let still = load(&self.still_tangents, from);
+                    let within = still - changed * still.dot(changed);
+                    store(&mut self.tangents, from, within.normalize_or(still));
+                }
             }
         }
     }

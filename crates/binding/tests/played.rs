@@ -57,6 +57,35 @@ fn player(body: &BodyModel, binding: &Binding, shares: &[f32]) -> Player {
 }
 
 #[test]
+fn tangents_keep_to_the_plane_of_the_normals() {
+    let (body, binding) = bound();
+    let mut player = player(&body, &binding, &[]);
+    let count = binding.meshes[0].vertex_count as usize;
+    let still: Vec<f32> = [1.0, 0.0, 0.0, -1.0].repeat(count);
+    player.set_tangents(0, &still).unwrap();
+    // Normals of the body that lean by some degrees.
+    let lean = Vec3::new(0.3, 1.0, 0.2).normalize();
+    player.update(&rough_m(&body), &vec![lean; body.vertex_count()]);
+    let surface = &player.surfaces()[0];
+    assert_eq!(surface.tangents().len(), 4 * count);
+    let mut turned = 0;
+    for vertex in &binding.meshes[0].vertices {
+        let vertex = *vertex as usize;
+        let tangent = &surface.tangents()[4 * vertex..4 * vertex + 4];
+        let normal = Vec3::from_slice(&surface.normals()[3 * vertex..]);
+        let along = Vec3::from_slice(tangent);
+        assert!(along.dot(normal).abs() < 1e-6 && (along.length() - 1.0).abs() < 1e-6);
+        assert!(along.x > 0.5 && tangent[3] == -1.0);
+        turned += usize::from(along.angle_between(Vec3::X) > 0.05);
+    }
+    assert!(turned > 100, "{turned}");
+    let refused = player.set_tangents(0, &still[4..]).unwrap_err();
+    assert!(matches!(refused, BindingError::Surface { .. }), "{refused}");
+    assert!(player.set_tangents(99, &still).is_err());
+    assert!(player.surfaces()[1].tangents().is_empty());
+}
+
+#[test]
 fn a_frame_is_what_the_binding_says() {
     let (body, mut binding) = bound();
     let offsets_m = rough_m(&body);

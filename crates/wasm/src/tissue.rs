@@ -118,6 +118,16 @@ impl CoreTissue {
         Ok(added.map_err(Thrown::from)?)
     }
 
+    /// Gives a surface tangents as the engine has them, `[vertex][4]`.
+    ///
+    /// # Errors
+    /// Throws `binding` for arrays of another size than the normals.
+    #[wasm_bindgen(js_name = setTangents)]
+    pub fn set_tangents(&mut self, surface: usize, tangents: &[f32]) -> Result<(), JsValue> {
+        let set = self.player.set_tangents(surface, tangents);
+        Ok(set.map_err(Thrown::from)?)
+    }
+
     /// Address of a surface's positions, f32 `[vertex][3]`; 0 where there is none.
     #[wasm_bindgen(js_name = positionsPtr)]
     pub fn positions_ptr(&self, surface: usize) -> usize {
@@ -130,6 +140,13 @@ impl CoreTissue {
     pub fn normals_ptr(&self, surface: usize) -> usize {
         let surface = self.player.surfaces().get(surface);
         surface.map_or(0, |surface| surface.normals().as_ptr() as usize)
+    }
+
+    /// Address of a surface's tangents, f32 `[vertex][4]`; 0 where there is none.
+    #[wasm_bindgen(js_name = tangentsPtr)]
+    pub fn tangents_ptr(&self, surface: usize) -> usize {
+        let surface = self.player.surfaces().get(surface);
+        surface.map_or(0, |surface| surface.tangents().as_ptr() as usize)
     }
 
     /// Of a surface: the first vertex that moves, the one after the last, and how many move.

@@ -5,7 +5,7 @@ export const MODEL_URL = "/models/female/";
 /** Pixels of a picture, in each direction. */
 export const SIZE = 320;
 /** Ticks in which the hop's landing is looked for. */
-const TICKS = 120;
+export const TICKS = 120;
 
 /**
  * What an engine does in a test.
@@ -67,7 +67,7 @@ export async function bindAndPlay(stage) {
  * @param {string} a
  * @param {string} b
  */
-async function differingShare(a, b) {
+export async function differingShare(a, b) {
   const [one, other] = await Promise.all([a, b].map(pixels));
   let differing = 0;
   for (let at = 0; at < one.length; at += 4) {

@@ -1,3 +1,4 @@
+import type { RestBody } from "./adapter/vertex-map.js";
 import type { RegionName } from "./bundle.js";
 import { checkNumber, checkObject, checkState } from "./check.js";
 import {
@@ -74,7 +75,13 @@ export class Avatar {
   #raw: CoreAvatar | null;
 
   /** @internal */
-  constructor(core: Core, raw: CoreAvatar, vertexCount: number) {
+  constructor(
+    core: Core,
+    raw: CoreAvatar,
+    vertexCount: number,
+    /** The body without shape; null where it was disposed of. @internal */
+    readonly restBody: () => RestBody | null,
+  ) {
     this.#core = core;
     this.#raw = raw;
     const array = (locate: () => number, length: number) => new CoreArray(core, locate, length);

@@ -1,3 +1,4 @@
+import type { RestBody } from "./adapter/vertex-map.js";
 import { Avatar } from "./avatar.js";
 import type { Bundle, RegionName } from "./bundle.js";
 import { REGION_NAMES } from "./bundle.js";
@@ -81,7 +82,20 @@ export class Body {
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
     const raw = this.#core.guard(() => this.raw.createAvatar(shape));
-    return asWished(new Avatar(this.#core, raw, this.vertexCount), options);
+    return asWished(new Avatar(this.#core, raw, this.vertexCount, () => this.atRest()), options);
+  }
+
+  /**
+   * The body without shape, at rest; null once it is disposed of.
+   *
+   * @internal
+   */
+  atRest(): RestBody | null {
+    if (!this.#raw) return null;
+    const avatar = this.createAvatar();
+    const rest = { positions: avatar.positions.slice(), pelvisM: avatar.restJointsM() };
+    avatar.dispose();
+    return rest;
   }
 
   /** Frees the body's memory; avatars made from it live on. May be called again. */
@@ -137,7 +151,10 @@ export class Model {
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
     const avatar = this.#core.guard(() => this.#alive.createAvatar(shape));
-    return asWished(new Avatar(this.#core, avatar, this.body.vertexCount), options);
+    return asWished(
+      new Avatar(this.#core, avatar, this.body.vertexCount, () => this.body.atRest()),
+      options,
+    );
   }
 
   /** A crowd without avatars, for many avatars of this model; see {@link Crowd}. */

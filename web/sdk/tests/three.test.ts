@@ -5,6 +5,7 @@ import {
   Box3,
   BufferAttribute,
   Group,
+  MathUtils,
   Matrix4,
   Mesh,
   type Object3D,
@@ -48,6 +49,28 @@ async function loadLoose(): Promise<SkinnedMesh> {
   );
   mesh.geometry.setAttribute("position", new BufferAttribute(numbers, 3));
   return mesh;
+}
+
+/** Writes the vertices in another order, which may name some twice and others never; triangles go. */
+function reorder(mesh: SkinnedMesh, order: (vertices: number[]) => number[]): number[] {
+  const { geometry } = mesh;
+  const { count } = geometry.getAttribute("position");
+  const vertices = order(Array.from({ length: count }, (_, vertex) => vertex));
+  for (const [name, attribute] of Object.entries(geometry.attributes)) {
+    const { itemSize, normalized } = attribute;
+    const Numbers = attribute.array.constructor as Float32ArrayConstructor;
+    const numbers = new Numbers(vertices.length * itemSize);
+    for (const [idx, vertex] of vertices.entries()) {
+      for (let slot = 0; slot < itemSize; slot += 1) {
+        const number = attribute.getComponent(vertex, slot);
+        numbers[idx * itemSize + slot] = normalized ? MathUtils.normalize(number, numbers) : number;
+      }
+    }
+    geometry.setAttribute(name, new BufferAttribute(numbers, itemSize, normalized));
+  }
+  geometry.setIndex(null);
+  geometry.morphAttributes = {};
+  return vertices;
 }
 
 /** The mesh's vertices as three.js draws them, in the world. */
@@ -158,6 +181,30 @@ describe("DynaSkin in three.js", () => {
     expect(largestOffset(usual)).toBeGreaterThan(1e-3);
     expect(largestDifference(usual, scaled)).toBeLessThan(1e-4);
     expect(largestDifference(usual, both)).toBeLessThan(1e-4);
+  });
+
+  it("finds the vertices of a mesh that was renumbered, split or cut", async () => {
+    const orders: ((vertices: number[]) => number[])[] = [
+      (vertices) => vertices.toReversed(),
+      // Another at every third, as at seams.
+      (vertices) => vertices.flatMap((vertex) => (vertex % 3 === 0 ? [vertex, vertex] : [vertex])),
+      // Without its last third.
+      (vertices) => vertices.slice(0, 4600),
+    ];
+    for (const order of orders) {
+      const { mesh } = await loadBody();
+      const vertices = reorder(mesh, order);
+      const avatar = model.createAvatar({ shape: SHAPE });
+      const skin = new DynaSkin(avatar, mesh);
+      hop(skin, avatar);
+      const { positions } = avatar.skinned();
+      const expected = vertices.flatMap((vertex) => [
+        ...positions.subarray(3 * vertex, 3 * vertex + 3),
+      ]);
+      expect(largestDifference(drawnPositions(mesh), expected)).toBeLessThan(4e-6);
+      skin.dispose();
+      avatar.dispose();
+    }
   });
 
   it("hands over the normals of the moved surface", async () => {
@@ -403,6 +450,17 @@ describe("meshes that do not fit", () => {
     avatar.dispose();
   });
 
+  it("a mesh with other vertices, of which one is none of the body's", async () => {
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const mesh = await loadLoose();
+    reorder(mesh, (vertices) => vertices.slice(10));
+    const { array } = mesh.geometry.getAttribute("position");
+    array[7] = (array[7] ?? 0) + 200;
+    const { message } = await expectError("argument", () => new DynaSkin(avatar, mesh));
+    expect(message).toContain("Not all of them lie where vertices of the body do");
+    avatar.dispose();
+  });
+
   it("vertices that are not where the body's are", async () => {
     const avatar = model.createAvatar({ shape: SHAPE });
     const count = 6890;
@@ -418,9 +476,17 @@ describe("meshes that do not fit", () => {
     for (const [idx, from] of order.entries()) {
       array.set(before.subarray(3 * from, 3 * from + 3), 3 * idx);
     }
-    const refusal = await expectError("argument", () => new DynaSkin(avatar, renumbered));
-    expect(refusal.message).toContain("renumbered");
+    new DynaSkin(avatar, renumbered).dispose();
     new DynaSkin(avatar, renumbered, { vertexMap: order }).dispose();
+    // From elsewhere, nobody knows the body.
+    const { positions, normals, shape, revision, scale } = avatar;
+    const remote = { positions, normals, shape, revision, scale, step() {} };
+    const restJointsM = () => avatar.restJointsM();
+    const refusal = await expectError(
+      "argument",
+      () => new DynaSkin({ ...remote, restJointsM }, renumbered),
+    );
+    expect(refusal.message).toContain("renumbered");
 
     // Units that lie beside each other: rest at kilometres, as Blender writes quantised files.
     const large = await loadLoose();

@@ -132,13 +132,38 @@ describe("AvatarTissue in Babylon.js", () => {
     tissue.dispose();
   });
 
+  it("keeps tangents in the plane of the normals", async () => {
+    const { root, mesh } = await loadBody();
+    const normals = Float32Array.from(mesh.getVerticesData(VertexBuffer.NormalKind) ?? []);
+    const tangents = Float32Array.from({ length: (4 * normals.length) / 3 }, (_, idx) => {
+      const [nx = 0, ny = 0] = normals.subarray(3 * Math.floor(idx / 4));
+      const size = Math.hypot(nx, ny) || 1;
+      return [ny / size, -nx / size, 0, 1][idx % 4] ?? 0;
+    });
+    mesh.setVerticesData(VertexBuffer.TangentKind, tangents, false, 4);
+    const tissue = new AvatarTissue(model, root, binding);
+    const read = (kind: string) => mesh.getVerticesData(kind) ?? [];
+    hop(tissue, mesh, shown(mesh), 70);
+    const [normal, tangent] = [read(VertexBuffer.NormalKind), read(VertexBuffer.TangentKind)];
+    let worst = 0;
+    for (let vertex = 0; 4 * vertex < tangent.length; vertex += 1) {
+      const dot = [0, 1, 2].map(
+        (axis) => (normal[3 * vertex + axis] ?? 0) * (tangent[4 * vertex + axis] ?? 0),
+      );
+      worst = Math.max(worst, Math.abs(dot.reduce((sum, part) => sum + part)));
+    }
+    expect(largestDifference(tangent, tangents)).toBeGreaterThan(0.02);
+    expect(worst).toBeLessThan(1e-5);
+    tissue.dispose();
+  });
+
   it("refuses another avatar, and nothing", async () => {
     const { root, mesh } = await loadBody();
     const { geometry } = mesh;
     const bones = mesh.skeleton?.bones ?? [];
     for (const bone of bones) {
       const node = bone.getTransformNode();
-      if (node) node.name = `x${node.name}`;
+      if (node) node.name = `x${node.name}x`;
     }
     await expectError("binding", () => new AvatarTissue(model, root, binding));
     expect(mesh.geometry).toBe(geometry);

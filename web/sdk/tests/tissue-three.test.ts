@@ -22,6 +22,20 @@ function shown(mesh: THREE.SkinnedMesh | undefined): Float32Array {
   return mesh?.geometry.getAttribute("position").array as Float32Array;
 }
 
+/** Tangents that lie across the normals, left-handed. */
+function tangentsOf(normals: Float32Array): Float32Array {
+  const tangents = new Float32Array((4 * normals.length) / 3);
+  const normal = new THREE.Vector3();
+  const [up, ahead] = [new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1)];
+  for (let vertex = 0; 3 * vertex < normals.length; vertex += 1) {
+    normal.fromArray(normals, 3 * vertex);
+    const across = Math.abs(normal.y) < 0.9 ? up : ahead;
+    const tangent = new THREE.Vector3().crossVectors(across, normal).normalize();
+    tangents.set([...tangent.toArray(), -1], 4 * vertex);
+  }
+  return tangents;
+}
+
 /** Plays a hop; `each` sees every frame. */
 function hop(tissue: AvatarTissue, each: () => void = () => {}, ticks = 60): void {
   const motion = Motion.procedural("hop", tissue.avatar);
@@ -234,6 +248,36 @@ describe("AvatarTissue in three.js", () => {
       tissue.dispose();
       expect(mesh.geometry.morphTargetsRelative).toBe(relative);
       expect(mesh.morphTargetInfluences).toEqual([0.5]);
+    }
+  });
+
+  it("keeps tangents in the plane of the normals, packed or not", () => {
+    for (const isPacked of [false, true]) {
+      const { root, meshes } = makeInThree(THREE, model);
+      const mesh = meshes[0] as THREE.SkinnedMesh;
+      const { geometry } = mesh;
+      const tangents = tangentsOf(geometry.getAttribute("normal").array as Float32Array);
+      const numbers = isPacked ? Int8Array.from(tangents, (at) => Math.round(127 * at)) : tangents;
+      geometry.setAttribute("tangent", new THREE.BufferAttribute(numbers, 4, isPacked));
+      const tissue = new AvatarTissue(model, root, binding);
+      const read = (name: string) => mesh.geometry.getAttribute(name).array as Float32Array;
+      const still = read("tangent").slice();
+      let [turned, worst] = [0, 0];
+      hop(tissue, () => {
+        turned = Math.max(turned, largestDifference(read("tangent"), still));
+      });
+      const [normal, tangent] = [read("normal"), read("tangent")];
+      for (let vertex = 0; vertex < tangent.length / 4; vertex += 1) {
+        const [x = 0, y = 0, z = 0, side] = tangent.subarray(4 * vertex, 4 * vertex + 4);
+        const [nx = 0, ny = 0, nz = 0] = normal.subarray(3 * vertex, 3 * vertex + 3);
+        expect(side).toBe(-1);
+        worst = Math.max(worst, Math.abs(x * nx + y * ny + z * nz));
+      }
+      expect(turned).toBeGreaterThan(0.02);
+      // What is packed is off by itself.
+      expect(worst).toBeLessThan(isPacked ? 0.02 : 1e-5);
+      tissue.dispose();
+      expect(mesh.geometry.getAttribute("tangent").array).toBe(numbers);
     }
   });
 

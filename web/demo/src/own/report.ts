@@ -28,7 +28,7 @@ export function sentencesOf(report: BindingReport): string[] {
     ...(report.doubleMotion.length > 0
       ? [
           `${report.doubleMotion.join(", ")} move breasts or buttocks by themselves, such as spring bones. ` +
-            "Keep them still, or the skin there moves twice. This page does not move them.",
+            "The tissue takes their place here: they are held still.",
         ]
       : []),
     ...report.notes.map(sentence),

@@ -13,6 +13,7 @@ import {
   restOffsetM,
   type TissueSource,
 } from "./rig.js";
+import { findVertexMap } from "./vertex-map.js";
 
 /**
  * A skinned mesh as its engine has it: what a {@link SkinDriver} asks an engine to do. Joints are
@@ -77,12 +78,14 @@ export abstract class SkinDriver<Mesh extends object> {
   constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions, rigOf: () => EngineRig) {
     checkSource(avatar, options);
     const rig = rigOf();
-    checkVertices(rig.positions.length / 3, avatar.positions.length / 3, options.vertexMap);
+    const meshM = rig.restFromPelvisM();
+    const vertexMap = options.vertexMap ?? findVertexMap(meshM, avatar);
+    checkVertices(rig.positions.length / 3, avatar.positions.length / 3, vertexMap);
     this.avatar = avatar;
     this.mesh = mesh;
-    this.#vertexMap = options.vertexMap;
+    this.#vertexMap = vertexMap;
     this.#jointsM = avatar.restJointsM();
-    checkPlaces(rig.restFromPelvisM(), avatar, this.#jointsM, options.vertexMap);
+    checkPlaces(meshM, avatar, this.#jointsM, vertexMap);
     this.#revision = avatar.revision;
     claimMesh(mesh);
     this.#rig = rig;

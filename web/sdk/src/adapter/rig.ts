@@ -2,6 +2,7 @@ import type { Avatar } from "../avatar.js";
 import { checkObject } from "../check.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type JointName, type Pose } from "../pose.js";
+import type { RestBody } from "./vertex-map.js";
 
 /** What an adapter needs of an avatar: of this thread, in a worker, or anywhere else. */
 export interface RemoteAvatar {
@@ -17,6 +18,8 @@ export interface RemoteAvatar {
   readonly scale: number;
   /** Rest positions of the 24 joints for the present shape: `[joint][x, y, z]` flattened, metres. */
   restJointsM(): Float32Array;
+  /** @internal */
+  restBody?: (() => RestBody | null) | undefined;
 }
 
 /** What an adapter shows: an avatar of this thread, or one in a worker. */
@@ -30,8 +33,9 @@ export interface RigOptions {
   /** Names of bones that are not called as the joints they are. */
   boneNames?: Partial<Record<JointName, string>>;
   /**
-   * Per vertex of the mesh the vertex of the body, where the mesh has others (split at seams, or
-   * left out). Without it both must have equally many, in the same order.
+   * Per vertex of the mesh the vertex of the body, where the mesh has others. Rest positions tell it for
+   * meshes that were renumbered, split at seams or had parts left out; an avatar in a worker does not know
+   * them, and without this option both must have equally many, in the same order.
    */
   vertexMap?: ArrayLike<number>;
 }
@@ -123,7 +127,8 @@ export function checkVertices(
     throw new DynaSkinError(
       "argument",
       `The mesh has ${meshVertices} vertices and the avatar ${bodyVertices}. ` +
-        "Use the body.glb of the avatar's model, or give a vertexMap.",
+        "Not all of them lie where vertices of the body do, so that it cannot be told which they are. " +
+        "Use the body.glb of the avatar's model, or give a vertexMap; for other avatars there is bindAvatar.",
     );
   }
   if (map.length !== meshVertices) {

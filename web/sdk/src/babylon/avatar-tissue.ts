@@ -6,16 +6,19 @@ import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import { type BindOptions as AnyBindOptions, bindParts } from "../bind/bind.js";
 import type { Binding } from "../bind/binding.js";
+import { type SpringNames, springNames } from "../bind/springs.js";
 import {
   type AvatarRig,
   type AvatarSurface,
   type RigBone,
+  type SurfaceArrays,
   shareOf,
   TissueDriver,
   type TissueOptions,
 } from "../bind/tissue.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
+import { withSurface } from "./own-geometry.js";
 import {
   checkRoot,
   type Humanoid,
@@ -24,6 +27,7 @@ import {
   skinnedMeshes,
   worldOf,
 } from "./read-avatar.js";
+import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
 
 /** How an avatar of Babylon.js is bound. */
 export interface BindOptions extends AnyBindOptions {
@@ -86,7 +90,7 @@ export class AvatarTissue extends TissueDriver<Mesh> {
   ) {
     super(model, binding, options, () => {
       checkRoot(root);
-      return new BabylonAvatar(root, options);
+      return new BabylonAvatar(root, options, springNames(binding.report));
     });
     this.root = root;
   }
@@ -104,23 +108,24 @@ const place = new Vector3();
 const rotation = new Quaternion();
 const wanted = new Quaternion();
 
-/** Positions and normals of a geometry, which clones share. */
+/** Positions, normals and tangents of a geometry, which clones share. */
 class Surface implements AvatarSurface {
   readonly name: string;
   readonly positions: Float32Array;
   readonly normals: Float32Array;
+  readonly tangents: Float32Array;
   readonly shares: Float32Array;
   readonly meshes: Mesh[] = [];
   readonly #source: Geometry;
   #own: Geometry | null = null;
 
-  constructor(mesh: Mesh, source: Geometry, share: number) {
+  constructor(mesh: Mesh, source: Geometry, shares: Float32Array) {
     this.#source = source;
     this.name = `${mesh.name} (${mesh.material?.name ?? "no material"})`;
     this.positions = dataOf(source, VertexBuffer.PositionKind);
     this.normals = dataOf(source, VertexBuffer.NormalKind);
-    const count = this.positions.length / 3;
-    this.shares = share === 1 ? new Float32Array(0) : new Float32Array(count).fill(share);
+    this.tangents = dataOf(source, VertexBuffer.TangentKind);
+    this.shares = shares;
   }
 
   isShown(): boolean {
@@ -138,10 +143,9 @@ class Surface implements AvatarSurface {
   }
 
   attach(): void {
-    const own = this.#source.copy(`${this.#source.id} dynaskin`);
-    own.setVerticesData(VertexBuffer.PositionKind, this.positions.slice(), true, 3);
-    if (this.normals.length > 0) {
-      own.setVerticesData(VertexBuffer.NormalKind, this.normals.slice(), true, 3);
+    const own = withSurface(this.#source, this.positions.slice(), this.normals.slice());
+    if (this.tangents.length > 0) {
+      own.setVerticesData(VertexBuffer.TangentKind, this.tangents.slice(), true, 4);
     }
     sources.set(own, this.#source);
     for (const mesh of this.meshes) apply(own, mesh);
@@ -158,10 +162,13 @@ class Surface implements AvatarSurface {
     this.#own = null;
   }
 
-  upload(positions: Float32Array, normals: Float32Array): void {
+  upload({ positions, normals, tangents }: SurfaceArrays): void {
     this.#own?.updateVerticesData(VertexBuffer.PositionKind, positions, false);
     if (normals.length > 0) {
       this.#own?.updateVerticesData(VertexBuffer.NormalKind, normals, false);
+    }
+    if (tangents.length > 0) {
+      this.#own?.updateVerticesData(VertexBuffer.TangentKind, tangents, false);
     }
   }
 }
@@ -187,22 +194,33 @@ class BabylonAvatar implements AvatarRig<Mesh> {
   /** Bones and what is above them, from the root downwards. */
   #path: TransformNode[] = [];
 
-  constructor(root: TransformNode, options: TissueOptions<Mesh, Material | null>) {
+  readonly #held: HeldBones;
+
+  constructor(
+    root: TransformNode,
+    options: TissueOptions<Mesh, Material | null>,
+    names: SpringNames,
+  ) {
     this.#root = root;
+    const { springBones = "replace" } = options;
     const all = skinnedMeshes(root);
     if (all.length === 0) {
       throw new DynaSkinError("argument", "There is no skinned mesh under the node given.");
     }
-    const known = new Map<Geometry, Map<number, Surface>>();
+    const springs = springBonesOf(all, names);
+    this.#held = new HeldBones(all, springBones === "replace" ? springs : new Set());
+    const known = new Map<Geometry, Map<string, Surface>>();
     for (const mesh of all) {
       const share = shareOf(options, mesh, mesh.material);
       const geometry = mesh.geometry as Geometry;
       const source = sources.get(geometry) ?? geometry;
       if (share === 0) continue;
-      const ofShares = known.get(source) ?? new Map<number, Surface>();
-      const surface = ofShares.get(share) ?? new Surface(mesh, source, share);
-      if (!ofShares.has(share)) this.surfaces.push(surface);
-      known.set(source, ofShares.set(share, surface));
+      const shares = sharesOf(mesh, share, sharesBeside(mesh, springs, springBones));
+      const ofShares = known.get(source) ?? new Map<string, Surface>();
+      const key = `${share} ${shares.length > 0 ? mesh.skeleton?.uniqueId : ""}`;
+      const surface = ofShares.get(key) ?? new Surface(mesh, source, shares);
+      if (!ofShares.has(key)) this.surfaces.push(surface);
+      known.set(source, ofShares.set(key, surface));
       surface.meshes.push(mesh);
       this.meshes.push(mesh);
     }
@@ -226,6 +244,10 @@ class BabylonAvatar implements AvatarRig<Mesh> {
 
   detach(): void {
     for (const surface of this.#attached) surface.detach();
+  }
+
+  holdBones(): void {
+    this.#held.hold();
   }
 
   readBones(into: Float64Array): void {
@@ -264,20 +286,27 @@ class BabylonAvatar implements AvatarRig<Mesh> {
     bone.position.copyFrom(place);
   }
 
-  /** By its place in a skin, if it is called as it was there; else by name. */
+  /** By its place in a skin, if it is called as it was there; else by name; else as a clone is called. */
   #find({ name, mesh, joint }: RigBone, bound: readonly number[]): TransformNode | undefined {
     const surface = this.surfaces[bound.indexOf(mesh ?? -1)];
     const bones = surface?.meshes[0] ? jointsOf(surface.meshes[0]) : [];
-    const byPlace = bones[joint ?? -1]?.getTransformNode();
-    if (byPlace && byPlace.name === name) return byPlace;
-    if (name === "") return byPlace ?? undefined;
+    const byPlace = bones[joint ?? -1]?.getTransformNode() ?? undefined;
+    if (byPlace?.name === name || name === "") return byPlace;
     for (const own of this.meshes) {
       const found = jointsOf(own).find((bone) => bone?.getTransformNode()?.name === name);
       if (found) return found.getTransformNode() ?? undefined;
     }
     const nodes = [this.#root, ...this.#root.getDescendants(false)] as TransformNode[];
-    return nodes.find((node) => node.name === name);
+    const byName = nodes.find((node) => node.name === name);
+    // instantiateModelsToScene gives nodes other names, such as "Clone of hips".
+    return byName ?? (byPlace?.name.endsWith(name) ? byPlace : undefined);
   }
+}
+
+/** The lesser of a mesh's share and of those beside bones that move by themselves; empty for all of it. */
+function sharesOf(mesh: Mesh, share: number, beside: Float32Array): Float32Array {
+  if (beside.length > 0) return beside.map((own) => Math.min(own, share));
+  return new Float32Array(share === 1 ? 0 : mesh.getTotalVertices()).fill(share);
 }
 
 /** The matrix of what is above a node, which has been computed already, or is now. */

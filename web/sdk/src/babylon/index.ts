@@ -8,6 +8,7 @@
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
 export { Binding, type BindingReport } from "../bind/binding.js";
+export type { SpringBones } from "../bind/springs.js";
 export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
 export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
 export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
@@ -24,6 +25,7 @@ import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { withSurface } from "./own-geometry.js";
 import { vectorsOf } from "./read-avatar.js";
 
 /** A bone and the node of the scene that moves it. */
@@ -119,9 +121,7 @@ class BabylonRig implements EngineRig {
       mesh.morphTargetManager = morphTargetManager;
       mesh.setBoundingInfo(boundingInfo);
     };
-    this.#geometry = geometry.copy(`${geometry.id} dynaskin`);
-    this.#geometry.setVerticesData(VertexBuffer.PositionKind, this.positions, true, 3);
-    this.#geometry.setVerticesData(VertexBuffer.NormalKind, this.normals, true, 3);
+    this.#geometry = withSurface(geometry, this.positions, this.normals);
     this.#geometry.applyToMesh(mesh);
     // The avatar's positions have the shape already.
     mesh.morphTargetManager = null;

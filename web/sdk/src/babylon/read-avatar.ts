@@ -5,7 +5,7 @@ import { Matrix } from "@babylonjs/core/Maths/math.vector.js";
 import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import type { Node } from "@babylonjs/core/node.js";
-import type { AvatarMesh, AvatarNode, AvatarParts } from "../bind/parts.js";
+import { type AvatarMesh, type AvatarNode, type AvatarParts, unskinned } from "../bind/parts.js";
 import { DynaSkinError } from "../error.js";
 
 /** Bones of a person by VRM's names, as a page that reads the VRM extension knows them. */
@@ -54,9 +54,11 @@ export function vectorsOf(mesh: Mesh, kind: string): Float32Array {
 /**
  * Reads the nodes and skinned meshes under `root`, in the root's space.
  *
- * @throws DynaSkinError `avatar` for a skin whose bones are no nodes under `root`
+ * @throws DynaSkinError `avatar` where no mesh is skinned, and for a skin whose bones are no nodes under `root`
  */
 export function readAvatar(root: TransformNode, humanoid: Humanoid = {}): AvatarParts {
+  const meshes = skinnedMeshes(root);
+  if (meshes.length === 0) throw unskinned(meshCount(root));
   const names = new Map(Object.entries(humanoid).map(([name, node]) => [node as Node, name]));
   root.computeWorldMatrix(true);
   const toRoot = worldOf(root, new Matrix(), true).clone().invert();
@@ -75,7 +77,12 @@ export function readAvatar(root: TransformNode, humanoid: Humanoid = {}): Avatar
     for (const child of node.getChildren()) add(child, place);
   };
   add(root, undefined);
-  return { nodes, meshes: skinnedMeshes(root).map((mesh) => readMesh(mesh, places)) };
+  return { nodes, meshes: meshes.map((mesh) => readMesh(mesh, places)) };
+}
+
+function meshCount(root: TransformNode): number {
+  const nodes = [root, ...root.getDescendants(false)] as Mesh[];
+  return nodes.filter((node) => "getIndices" in node && node.geometry).length;
 }
 
 function readMesh(mesh: Mesh, places: Map<Node, number>): AvatarMesh {

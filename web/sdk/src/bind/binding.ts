@@ -36,7 +36,7 @@ export interface BindingReport {
   meshes: { name: string; material: string; vertices: number; moving: number }[];
   /** Regions that stay still, and why. */
   regionsOff: { region: string; reason: string }[];
-  /** Bones that move breasts or buttocks by themselves: keep them still, or the skin there moves twice. */
+  /** Bones that move breasts or buttocks by themselves: `springBones` of `TissueOptions` says what becomes of them. */
   doubleMotion: string[];
   /** What was found other than usual: a sentence each. */
   notes: string[];

@@ -1,4 +1,5 @@
 // An avatar as an engine hands it over: arrays that travel to a worker.
+import { DynaSkinError } from "../error.js";
 
 /** A node of the avatar's tree. */
 export interface AvatarNode {
@@ -34,6 +35,25 @@ export interface AvatarMesh {
 export interface AvatarParts {
   nodes: AvatarNode[];
   meshes: AvatarMesh[];
+}
+
+/** What is said of an avatar of which no mesh is skinned; `meshes`: how many it has. */
+export function unskinned(meshes: number): DynaSkinError {
+  if (meshes === 0) {
+    return new DynaSkinError(
+      "avatar",
+      "There is no mesh under the object that was given: give the one that has the avatar's meshes and " +
+        "skeleton in it.",
+    );
+  }
+  const found =
+    meshes === 1
+      ? "The one mesh under the object that was given is not skinned"
+      : `There are ${meshes} meshes under the object that was given and none of them is skinned`;
+  return new DynaSkinError(
+    "avatar",
+    `${found}: soft tissue follows bones, so export the avatar with its armature and weights.`,
+  );
 }
 
 /** What binding is told beside the avatar. */

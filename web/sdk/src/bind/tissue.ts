@@ -9,6 +9,7 @@ import { checkLength, POSE_LENGTH, type Pose } from "../pose.js";
 import type { PoseSource } from "../pose-source.js";
 import type { CoreBinding, CoreTissue } from "../wasm/core.js";
 import { Binding, checkModel } from "./binding.js";
+import { checkSpringBones, type SpringBones } from "./springs.js";
 
 /** How tissue is played on an avatar. */
 export interface TissueOptions<Mesh, Material> {
@@ -19,6 +20,11 @@ export interface TissueOptions<Mesh, Material> {
    * stays still.
    */
   stiffness?: (mesh: Mesh, material: Material) => number;
+  /**
+   * What becomes of bones that move breasts or buttocks by themselves, such as VRM's spring bones. If left
+   * out they are held still: the tissue takes their place.
+   */
+  springBones?: SpringBones;
   /** Where the poses come from; see `PoseSource`. `display` if left out. */
   poseSource?: PoseSource;
 }
@@ -34,6 +40,17 @@ export interface RigBone {
 }
 
 /**
+ * Arrays of a surface with tissue, as those without it; empty where it has none.
+ *
+ * @internal
+ */
+export interface SurfaceArrays {
+  readonly positions: Float32Array;
+  readonly normals: Float32Array;
+  readonly tangents: Float32Array;
+}
+
+/**
  * A surface that an engine draws, and perhaps several meshes share: its arrays as they are without tissue.
  *
  * @internal
@@ -45,14 +62,16 @@ export interface AvatarSurface {
   readonly positions: Float32Array;
   /** Unit normals, likewise; empty where it has none. */
   readonly normals: Float32Array;
+  /** Unit tangents and their handedness, `[vertex][4]`; empty where it has none. */
+  readonly tangents: Float32Array;
   /** How much of the tissue each vertex takes, `[vertex]`; empty for all of it. */
   readonly shares: Float32Array;
   /** Whether any mesh shows it. */
   isShown(): boolean;
   /** What the engine makes of offsets before it skins, so that they are to be so many times as large. */
   gain?(): number;
-  /** Shows other positions and normals, of the vertices from `first` to before `end`. */
-  upload(positions: Float32Array, normals: Float32Array, first: number, end: number): void;
+  /** Shows other arrays, of the vertices from `first` to before `end`. */
+  upload(arrays: SurfaceArrays, first: number, end: number): void;
 }
 
 /**
@@ -74,6 +93,8 @@ export interface AvatarRig<Mesh extends object> {
   attach(moving: readonly number[]): void;
   /** Gives the meshes back what they had. */
   detach(): void;
+  /** Puts bones back that are not to move by themselves. */
+  holdBones(): void;
   /** Writes the matrices of the bones in the world, right-handed, column-major. */
   readBones(into: Float64Array): void;
   /** The matrix of the avatar's root in the world, as those of the bones. */
@@ -90,6 +111,7 @@ interface Moving {
   idx: number;
   positions: CoreArray;
   normals: CoreArray | null;
+  tangents: CoreArray | null;
   first: number;
   end: number;
   isShown: boolean;
@@ -163,6 +185,7 @@ export abstract class TissueDriver<Mesh extends object> {
    */
   update(deltaSeconds: number): void {
     const raw = this.#alive;
+    this.#rig.holdBones();
     this.#rig.readBones(this.#bones.view);
     this.#tellShown(raw);
     this.#core.guard(() => raw.step(this.avatar.raw, Math.max(0, deltaSeconds)));
@@ -247,8 +270,14 @@ export abstract class TissueDriver<Mesh extends object> {
   }
 
   #upload(): void {
-    for (const { surface, positions, normals, first, end, isShown } of this.#moving) {
-      if (isShown) surface.upload(positions.view, normals?.view ?? NONE, first, end);
+    for (const { surface, positions, normals, tangents, first, end, isShown } of this.#moving) {
+      if (!isShown) continue;
+      const arrays = {
+        positions: positions.view,
+        normals: normals?.view ?? NONE,
+        tangents: tangents?.view ?? NONE,
+      };
+      surface.upload(arrays, first, end);
     }
   }
 }
@@ -290,6 +319,7 @@ function checkArguments(model: Model, binding: Binding, options: TissueOptions<n
   checkObject("options", options);
   checkCallback("exclude", options.exclude);
   checkCallback("stiffness", options.stiffness);
+  checkSpringBones(options.springBones);
 }
 
 function meshOf(core: Core, raw: CoreBinding, { name, positions }: AvatarSurface): number {
@@ -319,15 +349,20 @@ function addSurfaces(
   bound: readonly number[],
 ): Moving[] {
   const added = surfaces.map((surface, idx): Moving => {
-    const { positions, normals, shares } = surface;
+    const { positions, normals, tangents, shares } = surface;
+    // Tangents keep to the plane of normals.
+    const hasTangents = normals.length > 0 && tangents.length > 0;
     return core.guard(() => {
       raw.addSurface(bound[idx] ?? 0, positions, normals, shares);
       const [first = 0, end = 0] = raw.moving(idx);
-      const array = (locate: () => number) => new CoreArray(core, locate, positions.length);
+      if (hasTangents) raw.setTangents(idx, tangents);
+      const array = (locate: () => number, length = positions.length) =>
+        new CoreArray(core, locate, length);
       return {
         ...{ surface, idx, first, end, isShown: true, gain: 1 },
         positions: array(() => raw.positionsPtr(idx)),
         normals: normals.length > 0 ? array(() => raw.normalsPtr(idx)) : null,
+        tangents: hasTangents ? array(() => raw.tangentsPtr(idx), tangents.length) : null,
       };
     });
   });

@@ -1,6 +1,6 @@
 import {
   BufferAttribute,
-  BufferGeometry,
+  type BufferGeometry,
   DynamicDrawUsage,
   type Material,
   Matrix4,
@@ -12,18 +12,21 @@ import {
 } from "three";
 import { type BindOptions as AnyBindOptions, bindParts } from "../bind/bind.js";
 import type { Binding } from "../bind/binding.js";
+import { type SpringNames, springNames } from "../bind/springs.js";
 import {
   type AvatarRig,
   type AvatarSurface,
   type RigBone,
-  shareOf,
+  type SurfaceArrays,
   TissueDriver,
   type TissueOptions,
 } from "../bind/tissue.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
+import { withAttributes } from "./own-geometry.js";
 import {
   checkRoot,
+  four,
   type HumanoidSource,
   materialsOf,
   nameOf,
@@ -31,6 +34,8 @@ import {
   skinnedMeshes,
   vectorsOf,
 } from "./read-avatar.js";
+import { lesser, sharesOf } from "./shares.js";
+import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
 
 /** How an avatar of three.js is bound. */
 export interface BindOptions extends AnyBindOptions {
@@ -92,7 +97,7 @@ export class AvatarTissue extends TissueDriver<SkinnedMesh> {
   ) {
     super(model, binding, options, () => {
       checkRoot(root);
-      return new ThreeAvatar(root, options);
+      return new ThreeAvatar(root, options, springNames(binding.report));
     });
     this.root = root;
   }
@@ -114,21 +119,23 @@ function sourceOf({ geometry }: SkinnedMesh): BufferGeometry {
   return sources.get(geometry) ?? geometry;
 }
 
-/** Positions and normals that one or several meshes show. */
+/** Positions, normals and tangents that one or several meshes show. */
 class Surface implements AvatarSurface {
   readonly name: string;
   readonly positions: Float32Array;
   readonly normals: Float32Array;
+  readonly tangents: Float32Array;
   readonly shares: Float32Array;
   readonly meshes: SkinnedMesh[] = [];
   readonly #attributes: Map<string, BufferAttribute>;
   readonly #geometries = new Map<BufferGeometry, BufferGeometry>();
 
   constructor(mesh: SkinnedMesh, shares: Float32Array) {
-    const { position, normal } = sourceOf(mesh).attributes;
+    const { position, normal, tangent } = sourceOf(mesh).attributes;
     this.name = `${nameOf(mesh)} (${materialsOf(mesh)[0]?.name ?? "no material"})`;
     this.positions = position ? vectorsOf(position) : new Float32Array(0);
     this.normals = normal ? vectorsOf(normal) : new Float32Array(0);
+    this.tangents = four(tangent, tangent?.count ?? 0);
     this.shares = shares;
     this.#attributes = new Map();
   }
@@ -138,11 +145,12 @@ class Surface implements AvatarSurface {
   }
 
   attach(): void {
-    this.#attributes.set("position", dynamic(this.positions));
-    if (this.normals.length > 0) this.#attributes.set("normal", dynamic(this.normals));
+    this.#attributes.set("position", dynamic(this.positions, 3));
+    if (this.normals.length > 0) this.#attributes.set("normal", dynamic(this.normals, 3));
+    if (this.tangents.length > 0) this.#attributes.set("tangent", dynamic(this.tangents, 4));
     for (const mesh of this.meshes) {
       const source = sourceOf(mesh);
-      const own = this.#geometries.get(source) ?? withAttributes(source, this.#attributes);
+      const own = this.#geometries.get(source) ?? withTissue(source, this.#attributes);
       this.#geometries.set(source, own);
       sources.set(own, source);
       mesh.geometry = own;
@@ -165,20 +173,26 @@ class Surface implements AvatarSurface {
     this.#geometries.clear();
   }
 
-  upload(positions: Float32Array, normals: Float32Array, first: number, end: number): void {
-    const arrays: Record<string, Float32Array> = { position: positions, normal: normals };
-    for (const [name, attribute] of this.#attributes) {
-      const from = arrays[name] as Float32Array;
-      (attribute.array as Float32Array).set(from.subarray(3 * first, 3 * end), 3 * first);
-      attribute.clearUpdateRanges();
-      attribute.addUpdateRange(3 * first, 3 * (end - first));
-      attribute.needsUpdate = true;
-    }
+  upload({ positions, normals, tangents }: SurfaceArrays, first: number, end: number): void {
+    this.#write("position", positions, first, end);
+    this.#write("normal", normals, first, end);
+    this.#write("tangent", tangents, first, end);
+  }
+
+  #write(name: string, from: Float32Array, first: number, end: number): void {
+    const attribute = this.#attributes.get(name);
+    if (!attribute || from.length === 0) return;
+    const { itemSize } = attribute;
+    const [start, stop] = [itemSize * first, itemSize * end];
+    (attribute.array as Float32Array).set(from.subarray(start, stop), start);
+    attribute.clearUpdateRanges();
+    attribute.addUpdateRange(start, stop - start);
+    attribute.needsUpdate = true;
   }
 }
 
-function dynamic(numbers: Float32Array): BufferAttribute {
-  return new BufferAttribute(numbers.slice(), 3).setUsage(DynamicDrawUsage);
+function dynamic(numbers: Float32Array, itemSize: number): BufferAttribute {
+  return new BufferAttribute(numbers.slice(), itemSize).setUsage(DynamicDrawUsage);
 }
 
 function isShown(mesh: SkinnedMesh): boolean {
@@ -198,21 +212,27 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
   /** Bones and what is above them, from the root downwards. */
   #path: Object3D[] = [];
 
-  constructor(root: Object3D, options: TissueOptions<SkinnedMesh, Material>) {
+  readonly #held: HeldBones;
+
+  constructor(root: Object3D, options: TissueOptions<SkinnedMesh, Material>, names: SpringNames) {
     this.#root = root;
+    const { springBones = "replace" } = options;
     const all = skinnedMeshes(root);
     if (all.length === 0) {
       throw new DynaSkinError("argument", "There is no skinned mesh under the object given.");
     }
+    const springs = springBonesOf(all, names);
+    this.#held = new HeldBones(all, springBones === "replace" ? springs : new Set());
     const known = new Map<string, Surface>();
     const numberOf = numbering();
     for (const mesh of all) {
-      const shares = sharesOf(mesh, options);
+      const beside = sharesBeside(mesh, springs, springBones);
+      const shares = lesser(sharesOf(mesh, options), beside);
       if (shares.every((share) => share === 0) && shares.length > 0) continue;
       // Primitives of one mesh often share their vertices.
-      const { position, normal } = sourceOf(mesh).attributes;
+      const { position, normal, tangent } = sourceOf(mesh).attributes;
       const isWhole = shares.length === 0;
-      const key = [position, normal, isWhole ? null : mesh].map(numberOf).join();
+      const key = [position, normal, tangent, isWhole ? null : mesh].map(numberOf).join();
       const surface = known.get(key) ?? new Surface(mesh, shares);
       if (!known.has(key)) this.surfaces.push(surface);
       known.set(key, surface);
@@ -239,6 +259,10 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
 
   detach(): void {
     for (const surface of this.#attached) surface.detach();
+  }
+
+  holdBones(): void {
+    this.#held.hold();
   }
 
   readBones(into: Float64Array): void {
@@ -309,47 +333,14 @@ function numbering(): (object: object | null | undefined) => number {
   };
 }
 
-/** How much of the tissue each vertex takes; empty where it is all of it. */
-function sharesOf(mesh: SkinnedMesh, options: TissueOptions<SkinnedMesh, Material>): Float32Array {
-  const geometry = sourceOf(mesh);
-  const { count } = geometry.getAttribute("position");
-  const of = materialsOf(mesh).map((material) => shareOf(options, mesh, material));
-  const [first = 1] = of;
-  if (of.every((share) => share === first)) {
-    return first === 1 ? new Float32Array(0) : new Float32Array(count).fill(first);
-  }
-  // Where materials meet, the stiffer one keeps its shape.
-  const shares = new Float32Array(count).fill(1);
-  const vertexAt = (at: number) => geometry.index?.getX(at) ?? at;
-  const corners = geometry.index?.count ?? count;
-  for (const { start, count: length, materialIndex } of geometry.groups) {
-    const share = of[materialIndex ?? 0] ?? 1;
-    for (let at = start; at < Math.min(start + length, corners); at += 1) {
-      const vertex = vertexAt(at);
-      shares[vertex] = Math.min(shares[vertex] ?? 1, share);
-    }
-  }
-  return shares;
-}
-
-/** The geometry with some attributes of its own; everything else is shared with `source`. */
-function withAttributes(
+/** The geometry with attributes of its own, whose morph targets add to them. */
+function withTissue(
   source: BufferGeometry,
   attributes: ReadonlyMap<string, BufferAttribute>,
 ): BufferGeometry {
-  const geometry = new BufferGeometry();
-  geometry.name = source.name;
-  geometry.userData = source.userData;
-  geometry.setIndex(source.index);
-  for (const [name, attribute] of Object.entries(source.attributes)) {
-    geometry.setAttribute(name, attributes.get(name) ?? attribute);
-  }
+  const geometry = withAttributes(source, attributes);
   geometry.morphAttributes = morphsOf(source);
   geometry.morphTargetsRelative = true;
-  for (const { start, count, materialIndex } of source.groups) {
-    geometry.addGroup(start, count, materialIndex);
-  }
-  geometry.setDrawRange(source.drawRange.start, source.drawRange.count);
   geometry.boundingSphere = enlarged(source.boundingSphere);
   return geometry;
 }

@@ -9,7 +9,7 @@ import {
   type Bone,
   type Box3,
   BufferAttribute,
-  BufferGeometry,
+  type BufferGeometry,
   DynamicDrawUsage,
   Matrix4,
   type Object3D,
@@ -23,11 +23,13 @@ import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { withAttributes } from "./own-geometry.js";
 import { vectorsOf } from "./read-avatar.js";
 
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
 export { Binding, type BindingReport } from "../bind/binding.js";
+export type { SpringBones } from "../bind/springs.js";
 export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
 export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
 export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
@@ -118,7 +120,9 @@ class ThreeRig implements EngineRig {
     this.#attributes = [this.positions, this.normals].map((array) =>
       new BufferAttribute(array, 3).setUsage(DynamicDrawUsage),
     );
-    this.#geometry = withOwnSurface(geometry, this.#attributes);
+    const [own, normal] = this.#attributes as [BufferAttribute, BufferAttribute];
+    // The shape's morph targets are left out: the avatar's positions have the shape already.
+    this.#geometry = withAttributes(geometry, new Map(Object.entries({ position: own, normal })));
     this.#skeleton = new Skeleton(
       skeleton.bones,
       skeleton.boneInverses.map((inverse) => inverse.clone()),
@@ -207,28 +211,6 @@ class ThreeRig implements EngineRig {
   #bone(joint: number): Bone {
     return this.#bones[joint] as Bone;
   }
-}
-
-/** The geometry with other positions and normals; everything else is shared with `source`. */
-function withOwnSurface(
-  source: BufferGeometry,
-  [positions, normals]: readonly BufferAttribute[],
-): BufferGeometry {
-  const geometry = new BufferGeometry();
-  geometry.name = source.name;
-  geometry.userData = source.userData;
-  geometry.setIndex(source.index);
-  for (const [name, attribute] of Object.entries(source.attributes)) {
-    geometry.setAttribute(name, attribute);
-  }
-  if (positions) geometry.setAttribute("position", positions);
-  if (normals) geometry.setAttribute("normal", normals);
-  for (const { start, count, materialIndex } of source.groups) {
-    geometry.addGroup(start, count, materialIndex);
-  }
-  geometry.setDrawRange(source.drawRange.start, source.drawRange.count);
-  // The shape's morph targets are left out: the avatar's positions have the shape already.
-  return geometry;
 }
 
 function bindMatrixOf(bone: Bone | undefined, skeleton: Skeleton, bindMatrix: Matrix4): Matrix4 {

@@ -8,7 +8,7 @@ import {
   type Skeleton,
   type SkinnedMesh,
 } from "three";
-import type { AvatarMesh, AvatarNode, AvatarParts } from "../bind/parts.js";
+import { type AvatarMesh, type AvatarNode, type AvatarParts, unskinned } from "../bind/parts.js";
 import { DynaSkinError } from "../error.js";
 
 /** What is asked of three-vrm's `VRM`: the bones that it calls a person's. */
@@ -73,9 +73,11 @@ export function vectorsOf(attribute: Attribute): Float32Array {
 /**
  * Reads the nodes and skinned meshes under `root`, in the root's space.
  *
- * @throws DynaSkinError `avatar` for a skin whose bones lie outside of `root`
+ * @throws DynaSkinError `avatar` where no mesh is skinned, and for a skin whose bones lie outside of `root`
  */
 export function readAvatar(root: Object3D, vrm: HumanoidSource | undefined): AvatarParts {
+  const meshes = skinnedMeshes(root);
+  if (meshes.length === 0) throw unskinned(meshCount(root));
   root.updateWorldMatrix(true, true);
   const toRoot = root.matrixWorld.clone().invert();
   const humanoid = humanoidOf(vrm);
@@ -95,7 +97,15 @@ export function readAvatar(root: Object3D, vrm: HumanoidSource | undefined): Ava
     for (const child of object.children) add(child, place);
   };
   add(root, undefined);
-  return { nodes, meshes: skinnedMeshes(root).map((mesh) => readMesh(mesh, places)) };
+  return { nodes, meshes: meshes.map((mesh) => readMesh(mesh, places)) };
+}
+
+function meshCount(root: Object3D): number {
+  let count = 0;
+  root.traverse((object) => {
+    if ((object as SkinnedMesh).isMesh) count += 1;
+  });
+  return count;
 }
 
 function humanoidOf(vrm: HumanoidSource | undefined): Map<Object3D, string> {
@@ -115,7 +125,7 @@ function readMesh(mesh: SkinnedMesh, places: Map<Object3D, number>): AvatarMesh 
     material: materialsOf(mesh)[0]?.name ?? "",
     positions,
     skinJoints: Uint16Array.from(four(geometry.getAttribute("skinIndex"), count)),
-    skinWeights: Float32Array.from(four(geometry.getAttribute("skinWeight"), count)),
+    skinWeights: four(geometry.getAttribute("skinWeight"), count),
     indices: geometry.index
       ? Uint32Array.from(geometry.index.array)
       : Uint32Array.from({ length: count }, (_, idx) => idx),
@@ -124,17 +134,15 @@ function readMesh(mesh: SkinnedMesh, places: Map<Object3D, number>): AvatarMesh 
   };
 }
 
-/** Four numbers a vertex; none where the attribute is missing, which the core refuses. */
-function four(attribute: Attribute | undefined, count: number): number[] {
-  if (!attribute) return [];
-  const numbers: number[] = [];
+/** Four numbers a vertex; none where the attribute is missing, which the core refuses for skins. */
+export function four(attribute: Attribute | undefined, count: number): Float32Array {
+  if (!attribute) return new Float32Array(0);
+  const numbers = new Float32Array(4 * count);
   for (let idx = 0; idx < count; idx += 1) {
-    numbers.push(
-      attribute.getX(idx),
-      attribute.getY(idx),
-      attribute.getZ(idx),
-      attribute.getW(idx),
-    );
+    numbers[4 * idx] = attribute.getX(idx);
+    numbers[4 * idx + 1] = attribute.getY(idx);
+    numbers[4 * idx + 2] = attribute.getZ(idx);
+    numbers[4 * idx + 3] = attribute.getW(idx);
   }
   return numbers;
 }
