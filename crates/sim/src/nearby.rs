@@ -190,7 +190,7 @@ mod tests {
             let blurred = blur.of(&values);
             assert!((least..=most).contains(&blurred[20]), "{}", blurred[20]);
             assert!(
-                blur.of(&vec![2.0; 40])
+                blur.of(&[2.0; 40])
                     .iter()
                     .all(|v| (v - 2.0_f32).abs() < 1e-5)
             );

@@ -168,7 +168,6 @@ const HELD: [Held; 15] = [
         shin: [-0.1, -0.95, -0.3],
         upper_arm: [0.15, -0.3, 0.9],
         forearm: [0.0, 0.0, 1.0],
-        ..STANDING
     },
 ];
 
