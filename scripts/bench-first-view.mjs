@@ -46,13 +46,16 @@ main(async () => {
   const builds = [join(DEMO, "dist"), ...process.argv.slice(2).map((path) => resolve(path))];
   for (const dist of builds) {
     if (!existsSync(join(dist, "index.html"))) {
-      throw new Error(`${dist} has no index.html; \`npm run build\` makes ${relative(ROOT, builds[0])}.`);
+      throw new Error(
+        `${dist} has no index.html; \`npm run build\` makes ${relative(ROOT, builds[0])}.`,
+      );
     }
   }
   const { chromium } = await import("@playwright/test");
   const browser = await chromium.launch({ executablePath, args: ARGUMENTS });
   try {
-    const row = (name, cells) => say(name.padEnd(44) + cells.map((cell) => cell.padStart(10)).join(""));
+    const row = (name, cells) =>
+      say(name.padEnd(44) + cells.map((cell) => cell.padStart(10)).join(""));
     row("Fast 4G", [...COLUMNS, "bytes"]);
     for (const packed of [true, false]) {
       for (const dist of builds) {

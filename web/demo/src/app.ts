@@ -108,7 +108,7 @@ export class App {
     bindDialogs(store, () =>
       codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null),
     );
-    new BenchmarkDialog(store);
+    new BenchmarkDialog(store, () => this.#loader.openWhole());
     this.#follow();
     this.#address = new Address(store, view.camera);
     document.addEventListener("visibilitychange", () => {
@@ -245,6 +245,7 @@ export class App {
       checkKind(file.name, bytes);
       if (!this.#playback)
         throw new Error("The body is still being loaded. Try again in a moment.");
+      await this.#loader.openWhole();
       const motion = Motion.fromFile(bytes, this.#playback.avatar);
       this.#story.leave();
       dismissErrors();
@@ -511,7 +512,11 @@ export class App {
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }
     this.hud.timed("render", () => this.#view.draw());
-    if (playback) this.#story.draw(playback);
+    if (playback) {
+      this.#story.draw(playback);
+      // The body itself takes the place of its picture.
+      document.documentElement.classList.remove("first-view");
+    }
     this.#showHandles(followSeconds);
     this.#capture.afterDraw();
   }

@@ -1,4 +1,4 @@
-import { type ActorKind, actorsOf, type Sex, SLOTS, type Slot } from "./actors.js";
+import { type ActorKind, actorsOf, isMethod, type Sex, SLOTS, type Slot } from "./actors.js";
 import type { Cast } from "./cast.js";
 import { troupe } from "./chapters.js";
 import type { MotionFile } from "./motions.js";
@@ -127,6 +127,13 @@ export function isMoved(state: Readonly<State>): boolean {
 /** How many bodies the picture has side by side. */
 export function bodyCount(state: Readonly<State>): number {
   return state.shownLayout === "side" && aloneOf(state) === null ? state.shown.length : 1;
+}
+
+/** Whether these settings need the core that runs any network and reads motion files. */
+export function needsWholeCore(
+  state: Readonly<Settings & Pick<Session, "isNarrow" | "file">>,
+): boolean {
+  return state.file !== null || wantedActors(state).some(({ kind }) => isMethod(kind));
 }
 
 /** Whether two actors are left and right of a divider. */

@@ -26,7 +26,8 @@ export interface RendererOptions {
   onProgress?: (progress: Progress) => void;
   /**
    * Draws fewer pixels (down to half the width and height) while pictures come slower than 48 a second,
-   * and all again when they are in time; off by default. For pages that draw in every animation frame.
+   * and all again when they are in time; where the browser draws without a graphics card, it begins with
+   * fewer. Off by default. For pages that draw in every animation frame.
    */
   adaptiveResolution?: boolean;
 }
@@ -86,6 +87,9 @@ async function start({ wasm, onProgress }: RendererOptions): Promise<void> {
   await glue.default({ module_or_path: module });
 }
 
+/** What browsers call graphics without a graphics card. */
+const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
+
 /**
  * Starts drawing to a canvas, which then belongs to the renderer.
  *
@@ -97,9 +101,12 @@ export async function createRenderer(
   options: RendererOptions = {},
 ): Promise<Renderer> {
   await startGlue(options);
-  const backend = options.backend ?? "auto";
-  const resolution = options.adaptiveResolution ? new AdaptiveResolution() : null;
-  return new Renderer(canvas, await createRaw(canvas, backend), resolution);
+  const raw = await createRaw(canvas, options.backend ?? "auto");
+  const isSoftware = SOFTWARE.test(raw.adapter);
+  const resolution = options.adaptiveResolution
+    ? new AdaptiveResolution(undefined, undefined, isSoftware)
+    : null;
+  return new Renderer(canvas, raw, resolution);
 }
 
 async function createRaw(

@@ -5,10 +5,14 @@ import { Renderer } from "../dist/renderer.js";
 
 /** A screen whose frames take `frameMs(scale)` milliseconds, played for some seconds. */
 class Screen {
-  readonly resolution = new AdaptiveResolution(60, 0.5);
+  readonly resolution: AdaptiveResolution;
   /** Every change: when, and to which scale. */
   readonly changes: { atMs: number; scale: number }[] = [];
   nowMs = 0;
+
+  constructor(isDrawnInSoftware = false) {
+    this.resolution = new AdaptiveResolution(60, 0.5, isDrawnInSoftware);
+  }
 
   play(seconds: number, frameMs: (scale: number) => number): void {
     const endMs = this.nowMs + seconds * 1000;
@@ -47,6 +51,23 @@ describe("adaptive resolution", () => {
     const screen = new Screen();
     screen.play(8, card(450));
     expect(screen.resolution.scale).toBe(0.5);
+  });
+
+  it("helps where a picture takes longer than a second, and takes one pause for a pause", () => {
+    const screen = new Screen();
+    screen.play(1, card(10));
+    screen.play(1, () => 1500);
+    screen.play(1, card(10));
+    expect(screen.changes).toEqual([]);
+    screen.play(12, card(1500));
+    expect(screen.resolution.scale).toBe(0.5);
+  });
+
+  it("begins with few pixels where the processor draws, and has all once it is in time", () => {
+    const screen = new Screen(true);
+    expect(screen.resolution.scale).toBe(0.5);
+    screen.play(30, card(10));
+    expect(screen.resolution.scale).toBe(1);
   });
 
   it("comes back to all pixels when the load goes", () => {
