@@ -27,7 +27,7 @@ pub(crate) struct Looks {
 impl Looks {
     pub fn new(mesh: &BodyMesh<'_>, paint: &Paint) -> Self {
         let cloth = paint.cloth_shares().and_then(|shares| {
-            let inside: Vec<bool> = shares.iter().map(|&share| share > 0.99).collect();
+            let inside: Vec<bool> = shares.iter().map(|&share| share > CLOTH_SHARE).collect();
             Drape::new(&inner_shares(&inside, mesh.faces), mesh.faces)
         });
         Self {
@@ -60,6 +60,10 @@ impl Looks {
         self.cloth.as_ref().filter(|_| look.draped)
     }
 }
+
+/// A vertex is under cloth from this share on; the hem is where it is a half. Nearer to the whole, hems that blend over
+/// centimetres would hold what is not near them.
+const CLOTH_SHARE: f32 = 0.75;
 
 /// Rings of triangles from the hem inwards over which the cloth comes to be free of the skin: the hem
 /// itself is held, or it would wander and fray.

@@ -2,15 +2,18 @@
 //! rings of vertices for smoothing to take away. A pocket lays such vertices on the surface around them.
 //!
 //! That surface is a polynomial of second degree in the tangent plane, fitted to the two rings of vertices around the
-//! pocket (least squares). A fit is linear in the rings' positions, so its weights are found once and then follow
-//! every shape and motion.
+//! pocket (least squares). Where in the plane an inner vertex belongs is the mean of where its neighbours do (Tutte
+//! 1963), because a form with steep sides would fold. A fit is linear in the rings' positions, so its weights are found
+//! once and then follow every shape and motion.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// Edges shorter than this share of the usual are fine ones.
 const FINE: f32 = 0.6;
 /// Coefficients of the polynomial: 1, u, v, u², uv, v².
 const TERMS: usize = 6;
+/// Rounds in which inner vertices go to their neighbours' mean; a pocket is some ten rings across.
+const SPREADING_ROUNDS: usize = 300;
 /// Vertices around a pocket that a fit needs to be sure of its terms.
 const LEAST_AROUND: usize = 2 * TERMS;
 
@@ -36,7 +39,7 @@ impl Pocket {
             }
             let inner = connected(vertex as u32, neighbours, &is_fine, &mut is_taken);
             let around = rings(&inner, neighbours);
-            pockets.extend(Self::fit(inner, around, places, normals));
+            pockets.extend(Self::fit(inner, around, neighbours, places, normals));
         }
         pockets
     }
@@ -45,6 +48,7 @@ impl Pocket {
     fn fit(
         inner: Vec<u32>,
         around: Vec<u32>,
+        neighbours: &[&[u32]],
         places: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Option<Self> {
@@ -65,9 +69,14 @@ impl Pocket {
             .map(|vertex| place(vertex).distance(middle))
             .sum::<f64>()
             / count;
-        let terms = |vertex: &u32| {
+        let mut plane = vec![DVec2::ZERO; places.len()];
+        for vertex in &around {
             let from = (place(vertex) - middle) / radius;
-            let (u, v) = (from.dot(along_u), from.dot(along_v));
+            plane[*vertex as usize] = DVec2::new(from.dot(along_u), from.dot(along_v));
+        }
+        spread(&inner, neighbours, &mut plane);
+        let terms = |vertex: &u32| {
+            let DVec2 { x: u, y: v } = plane[*vertex as usize];
             [1.0, u, v, u * u, u * v, v * v]
         };
         let rows: Vec<[f64; TERMS]> = around.iter().map(terms).collect();
@@ -97,6 +106,17 @@ impl Pocket {
                 .map(|(&other, &weight)| Vec3::from(places[other as usize]) * weight)
                 .sum();
             places[vertex as usize] = place.to_array();
+        }
+    }
+}
+
+/// Puts inner vertices between their neighbours in the plane; those around are there already.
+fn spread(inner: &[u32], neighbours: &[&[u32]], plane: &mut [DVec2]) {
+    for _ in 0..SPREADING_ROUNDS {
+        for &vertex in inner {
+            let beside = neighbours[vertex as usize];
+            let sum: DVec2 = beside.iter().map(|&other| plane[other as usize]).sum();
+            plane[vertex as usize] = sum / beside.len() as f64;
         }
     }
 }

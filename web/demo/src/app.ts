@@ -22,6 +22,7 @@ import { checkKind } from "./motion-kind.js";
 import type { MotionName } from "./motions.js";
 import { Names } from "./names.js";
 import { START_YAW_RADIANS } from "./orbit.js";
+import { pairUp } from "./pair.js";
 import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
@@ -32,7 +33,7 @@ import { Stage } from "./stage.js";
 import {
   bodyCount,
   chooseMotion,
-  isDivided,
+  hasTwoPictures,
   isPlain,
   leaveClip,
   NOTHING_WAITS,
@@ -44,6 +45,9 @@ import { Story } from "./story.js";
 import { dismissErrors, showError } from "./toast.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
+
+/** How long a picture has not changed before it counts as one that stands. */
+const STANDS_AFTER_MS = 300;
 
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
@@ -66,6 +70,8 @@ export class App {
   #playback: Playback | null = null;
   /** When the frame before began; null where the time since then does not count. */
   #lastFrame: number | null = null;
+  /** When the picture last changed, in milliseconds. */
+  #changedAt = 0;
   /** The store's revision that the picture shows. */
   #drawnRevision = -1;
 
@@ -441,9 +447,13 @@ export class App {
     this.hud.show(now);
     this.stage.traces.show(now);
     this.#address.rememberCamera(now);
-    const isStill = this.#playback?.paused && !this.#isStale && !this.#view.isStale;
-    if (isStill && !this.#capture.isRecording) return;
     if (this.#capture.isFilming) return;
+    const isStill = this.#playback?.paused && !this.#isStale && !this.#view.isStale;
+    if (isStill && !this.#capture.isRecording) {
+      this.#stand(now);
+      return;
+    }
+    this.#changedAt = now;
     // Below the story nobody sees the picture.
     if (state.chapter && scrollY > innerHeight) return;
     if (elapsed > 0) this.hud.addInterval(elapsed);
@@ -453,6 +463,12 @@ export class App {
       this.store.change({ hasFailed: true });
       showError("The picture stopped; reload the page to start again", error);
     }
+  }
+
+  /** Gives a picture that stands still all its pixels, once nothing has changed for a moment. */
+  #stand(now: number): void {
+    if (now - this.#changedAt < STANDS_AFTER_MS || !this.#view.isCoarse) return;
+    this.#view.draw(true);
   }
 
   /** Whether the picture is no longer what the store says; a paused page draws only then. */
@@ -470,7 +486,7 @@ export class App {
       shown.findIndex(({ slot }) => slot === "right"),
     );
     this.#handles.attach(motion instanceof ByHand ? motion : null);
-    this.#handles.show(places[main] ?? [0, 0]);
+    this.#handles.show(places[main] ?? [0, 0], this.#view.asidePx("right"));
     const crownsM = this.stage.crownsM(this.#playback?.avatars ?? []);
     this.#names.show(crownsM, places, elapsedSeconds);
   }
@@ -490,6 +506,7 @@ export class App {
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
     this.applyChanges();
+    pairUp(this.store, this.#view);
     const { state } = this.store;
     // Where no frames follow, a camera on its way would stay there.
     const followSeconds = state.waiting.camera ? 0 : elapsedSeconds;
@@ -503,11 +520,17 @@ export class App {
       if (!playback.paused && this.mainAvatar) this.hud.addStep(this.mainAvatar);
       // A hand pulls the body against a camera that stands still.
       const [x = 0, , z = 0] = playback.motion instanceof ByHand ? [] : playback.pose;
-      this.#view.camera.followBody(x, z, followSeconds);
+      // Half a picture has no room for a trunk that leans out of it: the camera looks at its middle.
+      const [headX, , headZ] = (state.isPaired && this.stage.crownsM(playback.avatars)[0]) || [
+        x,
+        0,
+        z,
+      ];
+      this.#view.camera.followBody((x + headX) / 2, (z + headZ) / 2, followSeconds);
       this.hud.timed("upload", () => {
         const looks = this.stage.appearances(playback.avatars);
-        const divided = isDivided(state);
-        this.#view.upload(divided ? looks.slice(1) : looks, (divided && looks[0]) || null);
+        const isSplit = hasTwoPictures(state);
+        this.#view.upload(isSplit ? looks.slice(1) : looks, (isSplit && looks[0]) || null);
       });
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }

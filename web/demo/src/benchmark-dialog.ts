@@ -64,7 +64,12 @@ export class BenchmarkDialog {
       create(
         "tr",
         { className: row.kind === "dynaskin" ? "own" : "" },
-        BENCHMARK_COLUMNS.map(([, of], idx) => cell(idx === 0 ? "th" : "td", of(row))),
+        BENCHMARK_COLUMNS.map(([heading, of], idx) => {
+          const made = cell(idx === 0 ? "th" : "td", of(row));
+          // A phone has no row of headings.
+          made.dataset.heading = heading;
+          return made;
+        }),
       ),
     );
     byId("benchmark-table").replaceChildren(

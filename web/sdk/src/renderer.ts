@@ -187,6 +187,8 @@ export class Renderer {
   readonly adapter: string;
   readonly #canvas: HTMLCanvasElement;
   readonly #resolution: AdaptiveResolution | null;
+  /** Whether the last picture was one that stands. */
+  #hasAllPixels = false;
   /** @internal The WebAssembly that draws. */
   readonly wasm = instance;
   /** Null while nothing can be drawn: after a loss or {@link dispose}. */
@@ -339,10 +341,10 @@ export class Renderer {
 
   /**
    * What the pixel ratio is multiplied by at present, 0.5 to 1; always 1 without
-   * {@link RendererOptions.adaptiveResolution}.
+   * {@link RendererOptions.adaptiveResolution}, and in a picture with all pixels.
    */
   get resolutionScale(): number {
-    return this.#resolution?.scale ?? 1;
+    return this.#hasAllPixels ? 1 : (this.#resolution?.scale ?? 1);
   }
 
   /** Sets the size of canvas and picture: CSS pixels times `pixelRatio` (times {@link resolutionScale}). */
@@ -354,12 +356,17 @@ export class Renderer {
 
   /**
    * Draws one picture. Returns whether it was drawn: a hidden page and a lost graphics card draw
-   * none, which is no error.
+   * none, which is no error. `allPixels` draws one that will stand with all of its pixels, whatever
+   * {@link RendererOptions.adaptiveResolution} has come to.
    */
-  render(): boolean {
+  render({ allPixels = false }: { allPixels?: boolean } = {}): boolean {
     const { raw } = this;
     // Before drawing, because a canvas that changes its size is empty.
-    if (raw && this.#resolution?.frame(performance.now()) && this.#size) this.resize(...this.#size);
+    const isChanged = !allPixels && (this.#resolution?.frame(performance.now()) ?? false);
+    if (raw && this.#size && (isChanged || allPixels !== this.#hasAllPixels)) {
+      this.#hasAllPixels = allPixels;
+      this.resize(...this.#size);
+    }
     try {
       return this.wasm.guard(() => raw?.render() ?? false);
     } catch (error) {
