@@ -37,7 +37,7 @@ const PICTURES = {
       { width: 1280, height: 800 },
     ),
   "demo-benchmark": async (browser, url) => {
-    const page = await open(browser, url, "", { width: 1000, height: 640 });
+    const page = await open(browser, url, "lab=1&paused=1", { width: 1000, height: 640 });
     await page.locator("#view").focus();
     await page.keyboard.press("k");
     await page.locator("#benchmark-note").filter({ hasNotText: "…" }).waitFor({ timeout: 120_000 });
