@@ -81,7 +81,7 @@ function resultsTable(): string {
     .map((row) => `<tr>${cells(row, ['th scope="row"', "td"])}</tr>`)
     .join("\n");
   const table = `<table class="results"><thead><tr>${head}</tr></thead><tbody>${body}</tbody></table>`;
-  return `<div class="results-holder" tabindex="0" role="region" aria-labelledby="results-title">${table}</div>`;
+  return `<div class="results-holder" tabindex="0" role="region" aria-label="Table of results">${table}</div>`;
 }
 
 /** Fills in what the page takes from other files. */
