@@ -236,9 +236,11 @@ fn solve(mut matrix: [[f64; TERMS]; TERMS], mut right: [f64; TERMS]) -> Option<[
 mod tests {
     use super::*;
 
+    type Vertices = Vec<[f32; 3]>;
+
     /// A dome of rings of twelve vertices, coarse outside and fine inside, with a rise of 5 mm on its top; `lift` bends
     /// it further.
-    fn dome(lift: f32) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<Vec<u32>>) {
+    fn dome(lift: f32) -> (Vertices, Vertices, Vec<Vec<u32>>) {
         const AROUND: usize = 12;
         let radii_m = [0.002, 0.004, 0.006, 0.008, 0.028, 0.048, 0.068];
         let mut places = Vec::new();
