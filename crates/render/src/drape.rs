@@ -67,6 +67,13 @@ impl Drape {
         (!drape.movers.is_empty()).then_some(drape)
     }
 
+    /// How much of the way a vertex goes.
+    #[cfg(test)]
+    pub fn share(&self, vertex: u32) -> f32 {
+        let found = self.movers.iter().find(|(mover, _)| *mover == vertex);
+        found.map_or(0.0, |&(_, share)| share)
+    }
+
     /// Smooths positions (metres) and renews the normals (unit) where they moved; `[V][3]` flattened.
     pub fn apply(&self, positions_m: &mut [f32], normals: &mut [f32]) {
         let places = positions_m.as_chunks_mut::<3>().0;
