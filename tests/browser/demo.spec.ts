@@ -44,7 +44,7 @@ test("shows the body with plain skinning before the networks are there", async (
   const held = new Promise<void>((done) => {
     letThrough = done;
   });
-  await page.route("**/predictor.onnx", async (route) => {
+  await page.route("**/predictor.lowered", async (route) => {
     await held;
     await route.continue();
   });

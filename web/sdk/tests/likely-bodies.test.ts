@@ -2,7 +2,7 @@
 import { readFileSync } from "node:fs";
 import { Motion, POSE_LENGTH, type ProceduralName, REGION_NAMES } from "dynaskin";
 import { describe, expect, test } from "vitest";
-import { LIKELY_RADIUS, likeliest, randomShape, type Trait } from "../../demo/src/likely.js";
+import { likeliest, randomShape, type Trait } from "../../demo/src/likely.js";
 import {
   STRENGTH,
   TISSUE_FACTORS,
