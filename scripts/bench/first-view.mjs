@@ -22,7 +22,7 @@ function watch() {
   let last = null;
   const look = () => {
     const demo = window.dynaskinDemo;
-    const now = demo?.movingSeconds ?? demo?.timeSeconds ?? null;
+    const now = demo?.timeSeconds ?? null;
     // What the last picture was of has been drawn by now.
     if (now !== null && last !== null && now > last && last > 0) {
       seen.moving ??= performance.now();
@@ -51,16 +51,21 @@ export async function measureFirstView(browser, address) {
     await session.send("Network.enable");
     await session.send("Network.setCacheDisabled", { cacheDisabled: false });
     await session.send("Network.emulateNetworkConditions", FAST_4G);
-    let bytes = 0;
-    session.on("Network.loadingFinished", ({ encodedDataLength }) => {
-      bytes += encodedDataLength;
-    });
     await page.addInitScript(watch);
     await page.goto(address, { waitUntil: "commit" });
     await page
-      .waitForFunction(() => window.firstViewSeen?.networks !== null, null, { timeout: LIMIT_MS })
+      .waitForFunction(
+        () => window.firstViewSeen?.networks !== null && window.firstViewSeen?.moving !== null,
+        null,
+        { timeout: LIMIT_MS },
+      )
       .catch(() => {});
     const seen = await page.evaluate(() => window.firstViewSeen);
+    const bytes = await page.evaluate(() =>
+      ["navigation", "resource"]
+        .flatMap((type) => performance.getEntriesByType(type))
+        .reduce((sum, { transferSize }) => sum + transferSize, 0),
+    );
     const asSeconds = (ms) => (ms === null ? null : ms / 1000);
     return {
       poster: asSeconds(seen.poster),
