@@ -1,9 +1,10 @@
 // npm run build: the wasm files, the SDK and a static copy of the demo in web/demo/dist.
 import { readdirSync, readFileSync, writeFileSync } from "node:fs";
-import { join, relative } from "node:path";
+import { join, relative, sep } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
 import { DEMO, EXAMPLES, ROOT } from "./lib/paths.mjs";
 import { main, run, say, step } from "./lib/run.mjs";
+import { isLoadedFirst } from "./lib/sizes.mjs";
 import { buildSdk } from "./sdk.mjs";
 import { ensureNodePackages, ensureRust } from "./toolchain.mjs";
 import { buildDemoWasm, buildWasm } from "./wasm.mjs";
@@ -32,7 +33,7 @@ export async function buildDemo() {
 }
 
 /** Files that are worth packing: the page's own, and the models'. */
-const PACKED = /\.(wasm|js|css|html|glb|onnx|json|safetensors)$/;
+const PACKED = /\.(wasm|js|css|html|glb|onnx|json|lowered|safetensors)$/;
 
 /**
  * Puts a `.br` beside each file of the built demo that is worth it, for servers that send packed files
@@ -44,9 +45,10 @@ export function packDemo() {
   let [plain, packed] = [0, 0];
   for (const name of names) {
     const bytes = readFileSync(join(dist, name));
+    const isFirst = isLoadedFirst(name.replaceAll(sep, "/"));
     const params = {
-      // Methods that are compared are loaded by few, and are large.
-      [constants.BROTLI_PARAM_QUALITY]: /methods/.test(name) ? 5 : 9,
+      // The highest takes its time. What few load, and is large, can do with less.
+      [constants.BROTLI_PARAM_QUALITY]: isFirst ? 11 : /methods/.test(name) ? 5 : 9,
       [constants.BROTLI_PARAM_LGWIN]: 24,
     };
     const smaller = brotliCompressSync(bytes, { params });

@@ -1,9 +1,13 @@
-// npm run pictures [landing ...]: takes the pictures of README and docs from the built demo. Open
-// them afterwards: a picture can be wrong in ways that no test sees.
+// npm run pictures [-- NAME ...]: takes the pictures of README, docs and the demo from the built demo, with
+// --as-built from the build that is there. Open them afterwards: a picture can be wrong in ways that no test sees.
 import { join } from "node:path";
 import { buildAll, buildDemo } from "./build.mjs";
 import { ROOT } from "./lib/paths.mjs";
 import { main, say, step } from "./lib/run.mjs";
+import { installTools } from "./lib/tools.mjs";
+import { makeLoop } from "./pictures/loop.mjs";
+import { advance, open } from "./pictures/open.mjs";
+import { makePoster } from "./pictures/poster.mjs";
 import { findChromium } from "./toolchain.mjs";
 
 const DOCS = join(ROOT, "docs");
@@ -14,73 +18,13 @@ const ARGUMENTS = [
   "--enable-unsafe-swiftshader",
 ];
 const JPEG = { type: "jpeg", quality: 78 };
-/** Seconds into the jump at which the body lands. */
-const LANDING = "paused=1&time=1.85";
-
-/** Opens the demo at an address and waits until all of it is on the screen. */
-async function open(browser, url, query, viewport) {
-  const page = await browser.newPage({ viewport });
-  await page.goto(`${url}?resolution=full&${query}`);
-  await page.waitForFunction(
-    () =>
-      window.dynaskinDemo?.ready && document.getElementById("loading").classList.contains("done"),
-    null,
-    { timeout: 120_000 },
-  );
-  // It fades, slowly where pictures are drawn in software.
-  await page.addStyleTag({ content: ".loading { display: none !important }" });
-  await page.waitForTimeout(1500);
-  return page;
-}
-
-/** The body of the landing, over the average, so that what sportswear lets move can be seen. */
-const LANDING_WEIGHT_KG = 74;
-
-/** Off, on, and the offsets, beside each other. */
-async function landing(browser, url) {
-  const parts = [];
-  for (const [title, query] of [
-    ["plain skinning", "&dynamics=0"],
-    ["dynaskin, in sportswear", ""],
-    ["what dynaskin adds", "&heat=1"],
-  ]) {
-    const shared = `view=one&motion=jump&${LANDING}`;
-    const page = await open(browser, url, `${shared}${query}`, { width: 1000, height: 760 });
-    await page.addStyleTag({
-      content:
-        ".panel, .transport, .brand, .names, .readings { display: none !important }" +
-        ".legend { inset: auto auto 48px 116px !important; width: 210px !important; " +
-        "transform-origin: left bottom; scale: 0.76 }",
-    });
-    await page.locator("#trait-weight").evaluate((input, weightKg) => {
-      input.value = weightKg;
-      input.dispatchEvent(new Event("input", { bubbles: true }));
-    }, `${LANDING_WEIGHT_KG}`);
-    await page.waitForTimeout(1500);
-    const clip = { x: 108, y: 218, width: 362, height: 500 };
-    parts.push({ title, png: (await page.screenshot({ clip })).toString("base64") });
-    await page.close();
-  }
-  const page = await browser.newPage({ viewport: { width: 1100, height: 500 } });
-  const figures = parts.map(
-    ({ title, png }) => `<div><img src="data:image/png;base64,${png}" /><b>${title}</b></div>`,
-  );
-  await page.setContent(
-    `<style>body{margin:0;display:flex;gap:7px;font:700 18px system-ui}div{position:relative}
-     b{position:absolute;left:14px;top:12px;color:#1d2027}</style>${figures.join("")}`,
-  );
-  return page;
-}
-
+/** Pictures of pages, into docs. */
 const PICTURES = {
-  landing,
   "demo-first-view": async (browser, url) => {
     const page = await open(browser, url, "", { width: 1280, height: 720 });
     // The first landing, at its deepest.
-    await page.evaluate(() => {
-      window.dynaskinDemo.restartStory();
-      for (let picture = 0; picture < 40; picture += 1) window.dynaskinDemo.advanceStory(1 / 60);
-    });
+    await page.evaluate(() => window.dynaskinDemo.restartStory());
+    await advance(page, 40 / 60);
     await page.waitForTimeout(1500);
     return page;
   },
@@ -93,7 +37,7 @@ const PICTURES = {
       { width: 1280, height: 800 },
     ),
   "demo-benchmark": async (browser, url) => {
-    const page = await open(browser, url, "", { width: 1000, height: 640 });
+    const page = await open(browser, url, "lab=1&paused=1", { width: 1000, height: 640 });
     await page.locator("#view").focus();
     await page.keyboard.press("k");
     await page.locator("#benchmark-note").filter({ hasNotText: "…" }).waitFor({ timeout: 120_000 });
@@ -111,27 +55,43 @@ const PICTURES = {
   },
 };
 
+/** Pictures that are made of several; each returns its path. */
+const MADE = {
+  poster: makePoster,
+  loop: async (browser, url) => {
+    const tools = await installTools(join(ROOT, "scripts", "pictures", "tools"), "pictures");
+    return makeLoop(browser, url, tools);
+  },
+};
+
+async function take(name, browser, url) {
+  if (name in MADE) return MADE[name](browser, url);
+  const page = await PICTURES[name](browser, url);
+  const path = join(DOCS, `${name}.jpg`);
+  await page.screenshot({ ...JPEG, path });
+  await page.close();
+  return path;
+}
+
 main(async () => {
-  const chosen = process.argv.slice(2);
-  const unknown = chosen.find((name) => !(name in PICTURES));
-  if (unknown) {
-    throw new Error(`No picture is called ${unknown}: ${Object.keys(PICTURES).join(", ")}.`);
-  }
+  const isBuilt = process.argv.includes("--as-built");
+  const chosen = process.argv.slice(2).filter((name) => name !== "--as-built");
+  const known = Object.keys({ ...MADE, ...PICTURES });
+  const unknown = chosen.find((name) => !known.includes(name));
+  if (unknown) throw new Error(`No picture is called ${unknown}: ${known.join(", ")}.`);
   const executablePath = findChromium();
   if (!executablePath) throw new Error("Chromium is not installed.");
-  await buildAll();
-  await step("Demo", buildDemo);
+  if (!isBuilt) {
+    await buildAll();
+    await step("Demo", buildDemo);
+  }
   const { chromium } = await import("@playwright/test");
   const { preview } = await import("vite");
   const server = await preview({ root: join(ROOT, "web", "demo"), preview: { port: 5189 } });
   const browser = await chromium.launch({ executablePath, args: ARGUMENTS });
   try {
-    for (const name of chosen.length > 0 ? chosen : Object.keys(PICTURES)) {
-      const page = await PICTURES[name](browser, server.resolvedUrls.local[0]);
-      const path = join(DOCS, `${name}.jpg`);
-      await page.screenshot({ ...JPEG, path });
-      await page.close();
-      say(`  ${path}`);
+    for (const name of chosen.length > 0 ? chosen : known) {
+      say(`  ${await take(name, browser, server.resolvedUrls.local[0])}`);
     }
   } finally {
     await browser.close();

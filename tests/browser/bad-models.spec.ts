@@ -18,7 +18,8 @@ function replace(page: Page, file: string, body: Buffer | string): Promise<unkno
 /** The male `bundle.json` with another hash for one of its files. */
 function bundleWith(key: "body" | "predictor", sha256: string): string {
   const bundle = JSON.parse(readFileSync(join(MALE, "bundle.json"), "utf8"));
-  bundle[key].sha256 = sha256;
+  const file = key === "body" ? bundle.body : bundle.lowered[key];
+  file.sha256 = sha256;
   return JSON.stringify(bundle);
 }
 
@@ -32,12 +33,12 @@ const BAD_MODELS: [string, (page: Page) => Promise<unknown>, RegExp][] = [
     /predictor.*SHA-256.*fetch the file again/i,
   ],
   [
-    "a predictor that is no ONNX",
+    "a predictor that is no network",
     async (page) => {
-      await replace(page, "predictor.onnx", LETTER);
+      await replace(page, "predictor.lowered", LETTER);
       await replace(page, "bundle.json", bundleWith("predictor", sha256(LETTER)));
     },
-    /predictor.*ONNX/i,
+    /predictor/i,
   ],
   [
     "a truncated body.glb",
@@ -52,13 +53,12 @@ const BAD_MODELS: [string, (page: Page) => Promise<unknown>, RegExp][] = [
     },
     /body|GLB/i,
   ],
-  ["no network", (page) => page.route("**/male/*.onnx", (route) => route.abort()), /\.onnx/i],
+  ["no network", (page) => page.route("**/male/*.lowered", (route) => route.abort()), /\.lowered/i],
 ];
 
 for (const [what, prepare, expected] of BAD_MODELS) {
-  test(`${what}: the switch to it is refused, and the old body goes on`, async ({
-    reused: page,
-  }) => {
+  // A page of its own: one that has played other methods loads networks as ONNX.
+  test(`${what}: the switch to it is refused, and the old body goes on`, async ({ page }) => {
     await prepare(page);
     const problems = await openDemo(page);
     const state = () =>

@@ -40,7 +40,8 @@ async function expectBack(locator: Locator, start: { x: number; y: number }): Pr
 
 test("the mouse drags pelvis and chest, and the tissue answers", async ({ reused: page }) => {
   await openDemo(page, "?clothes=unsupported&paused=1");
-  await page.getByRole("combobox", { name: "Motion" }).selectOption({ label: "Moved by hand" });
+  await page.getByRole("button", { name: "Grab the body" }).click();
+  await expect(page.getByRole("combobox", { name: "Motion" })).toHaveValue("by-hand");
   await expect(page.locator("#hand-hint")).toBeVisible();
   await expect(page.getByLabel("Time in the motion")).toBeDisabled();
   expect(page.url()).toContain("motion=by-hand");

@@ -100,7 +100,7 @@ test("slow pictures lose pixels, which the timings say; full resolution keeps th
 });
 
 test("networks out of reach are asked for again", async ({ page }) => {
-  const unreachable = (url: URL) => url.pathname.endsWith(".onnx");
+  const unreachable = (url: URL) => url.pathname.endsWith(".lowered");
   await page.route(unreachable, (route) => route.abort());
   await page.goto("/?view=one&motion=hop&resolution=full");
   const alert = page.getByRole("alert");

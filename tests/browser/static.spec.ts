@@ -56,7 +56,9 @@ test("the build works from a sub-path of a plain server", { tag: "@published" },
       expect([...new Set(paths.map(partOf))].toSorted()).toEqual(first.toSorted());
       const files = paths.filter((path) => partOf(path) === "female model").toSorted();
       expect(files).toEqual(
-        ["body.glb", "bundle.json", "decoder.onnx", "predictor.onnx"].map((n) => `female/${n}`),
+        ["body.glb", "bundle.json", "decoder.lowered", "predictor.lowered"].map(
+          (n) => `female/${n}`,
+        ),
       );
     });
 

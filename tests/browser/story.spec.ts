@@ -114,6 +114,9 @@ test("the whole story by keyboard", async ({ page }) => {
   await page.keyboard.press("Escape");
   await chapter("Lab").press("Enter");
   await expect(page.locator("#panel")).toBeVisible();
+  await page.locator("#lab-share").press("Enter");
+  await expect(page.getByRole("dialog", { name: "Share" })).toBeVisible();
+  await page.keyboard.press("Escape");
   await page.getByRole("button", { name: "Back to the story" }).press("Enter");
   await expect(page.locator("#panel")).toBeHidden();
   await expect(page).not.toHaveURL(/lab|chapter|motion/);

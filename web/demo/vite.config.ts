@@ -1,4 +1,4 @@
-import { existsSync, readdirSync, readFileSync, rmSync, statSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync, statSync } from "node:fs";
 import { join, relative } from "node:path";
 import { defineConfig, normalizePath, type Plugin } from "vite";
 
@@ -37,7 +37,7 @@ function readTraits(): Record<string, unknown> {
 }
 
 /**
- * Bytes of the files that the page downloads after itself: `core`, `renderer`, models by their path under
+ * Bytes of the files that the page downloads after itself: `core`, `slim`, `renderer`, models by their path under
  * `models`, clips below `clips/`. Where a server packs, a bar can know its end only from these.
  */
 function measureFiles(): Record<string, number> {
@@ -50,8 +50,9 @@ function measureFiles(): Record<string, number> {
       : [];
   const files = [
     ["core", GUESTS],
+    ["slim", join(WASM, "slim_bg.wasm")],
     ["renderer", join(WASM, "renderer_bg.wasm")],
-    ...filesIn(MODELS, /(\.onnx|body\.glb|bundle\.json)$/),
+    ...filesIn(MODELS, /(\.onnx|\.lowered|body\.glb|bundle\.json)$/),
     ...filesIn(CLIPS, /\.safetensors$/).map(([name, path]) => [`clips/${name}`, path] as const),
   ] as const;
   return Object.fromEntries(files.map(([name, path]) => [name, statSync(path).size]));
@@ -80,7 +81,7 @@ function resultsTable(): string {
     .map((row) => `<tr>${cells(row, ['th scope="row"', "td"])}</tr>`)
     .join("\n");
   const table = `<table class="results"><thead><tr>${head}</tr></thead><tbody>${body}</tbody></table>`;
-  return `<div class="results-holder" tabindex="0" role="region" aria-labelledby="results-title">${table}</div>`;
+  return `<div class="results-holder" tabindex="0" role="region" aria-label="Table of results">${table}</div>`;
 }
 
 /** Fills in what the page takes from other files. */
@@ -99,9 +100,13 @@ function filledPage(): Plugin {
   };
 }
 
+/** Whether an address asks for methods whose networks another core runs: that is loaded by the script. */
+const ASKS_FOR_METHODS = "/[?&](left|right|third|fourth)=(?!linear|dynaskin|truth)/";
+
 /**
- * Asks for all that the page needs as soon as its HTML is there: the script that would ask comes later. The
- * body is that of the address.
+ * Asks for what the page needs as soon as its HTML is there: the script that would ask comes later. First the
+ * renderer, which takes longest to start, and then what the first body needs; the networks come last, when the script
+ * asks for them. Together they would share the line, and all come late. The body is that of the address.
  */
 function preloads(): Plugin {
   return {
@@ -113,25 +118,25 @@ function preloads(): Plugin {
         // The page for a visitor's own avatar loads nothing before there is one.
         if (!filename.endsWith("index.html")) return [];
         const files = Object.keys(bundle ?? {});
-        const wasm = files.filter((name) => /(core|renderer)_bg[^/]*\.wasm$/.test(name));
-        const model = ["bundle.json", "body.glb", "predictor.onnx", "decoder.onnx"];
-        const begin = [
+        const named = (pattern: RegExp) => {
+          const name = files.find((file) => pattern.test(file));
+          if (!name) throw new Error(`The page has no file like ${pattern}.`);
+          return JSON.stringify(`./${name}`);
+        };
+        const children = [
           "{ const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';",
-          `for (const name of ${JSON.stringify(model)}) {`,
-          "const link = document.createElement('link');",
-          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '',",
-          // biome-ignore lint/suspicious/noTemplateCurlyInString: it is filled in by the page.
-          "href: `./${sex}/${name}` });",
-          "document.head.append(link); } }",
+          "const ask = (href) => { const link = document.createElement('link');",
+          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', href });",
+          "document.head.append(link); return link; };",
+          // biome-ignore lint/suspicious/noTemplateCurlyInString: the page fills it in.
+          "const next = () => { ask(`./${sex}/body.glb`);",
+          `if (!${ASKS_FOR_METHODS}.test(location.search)) ask(${named(/slim_bg[^/]*\.wasm$/)}); };`,
+          `const renderer = ask(${named(/renderer_bg[^/]*\.wasm$/)});`,
+          "renderer.onload = renderer.onerror = next;",
+          // biome-ignore lint/suspicious/noTemplateCurlyInString: the page fills it in.
+          "ask(`./${sex}/bundle.json`); }",
         ].join(" ");
-        return [
-          ...wasm.map((name) => ({
-            tag: "link",
-            attrs: { rel: "preload", as: "fetch", crossorigin: true, href: `./${name}` },
-            injectTo: "head-prepend" as const,
-          })),
-          { tag: "script", children: begin, injectTo: "head" as const },
-        ];
+        return [{ tag: "script", children, injectTo: "head-prepend" as const }];
       },
     },
   };
@@ -177,23 +182,6 @@ function besidePage(): Plugin {
   };
 }
 
-/** The page's core plays networks as ONNX: what only slim cores play is left out. */
-function withoutLowered(): Plugin {
-  let folder = "";
-  return {
-    name: "without-lowered",
-    apply: "build",
-    configResolved(config) {
-      folder = join(config.root, config.build.outDir);
-    },
-    closeBundle() {
-      for (const name of readdirSync(folder, { recursive: true, encoding: "utf8" })) {
-        if (name.endsWith(".lowered")) rmSync(join(folder, name));
-      }
-    },
-  };
-}
-
 export default defineConfig({
   // Relative, so that the built page works from any folder of any web server.
   base: "./",
@@ -207,7 +195,6 @@ export default defineConfig({
     besidePage(),
     filledPage(),
     preloads(),
-    withoutLowered(),
   ],
   server: { port: 5180, open: false, headers: ISOLATION },
   preview: { headers: ISOLATION },

@@ -3,9 +3,13 @@
 //!
 //! The painted surface is smoothed in the rest pose (Taubin 1995: towards the neighbours' mean, and back
 //! again a little further), so that what is smaller than a few centimetres goes, and the body's form and
-//! girth stay. Skin beside the cloth holds the hem.
+//! girth stay. What a fine patch of the mesh holds is laid flat before (`pocket`). Skin beside the cloth holds the hem.
+
+use std::sync::OnceLock;
 
 use glam::Vec3;
+
+use crate::pocket::Pocket;
 
 /// How often each vertex is moved towards its neighbours and back.
 const ROUNDS: usize = 30;
@@ -23,6 +27,8 @@ pub(crate) struct Drape {
     neighbours: Vec<u32>,
     /// Triangles that have a mover among their corners.
     faces: Vec<[u32; 3]>,
+    /// Fine patches of the mesh, as the first surface shows them.
+    pockets: OnceLock<Vec<Pocket>>,
 }
 
 impl Drape {
@@ -46,6 +52,7 @@ impl Drape {
             starts: vec![0],
             neighbours: Vec::new(),
             faces: touched,
+            pockets: OnceLock::new(),
         };
         for (vertex, (mut set, &share)) in sets.into_iter().zip(shares).enumerate() {
             if share <= 0.0 || set.is_empty() {
@@ -60,9 +67,29 @@ impl Drape {
         (!drape.movers.is_empty()).then_some(drape)
     }
 
+    /// How much of the way a vertex goes.
+    #[cfg(test)]
+    pub fn share(&self, vertex: u32) -> f32 {
+        let found = self.movers.iter().find(|(mover, _)| *mover == vertex);
+        found.map_or(0.0, |&(_, share)| share)
+    }
+
     /// Smooths positions (metres) and renews the normals (unit) where they moved; `[V][3]` flattened.
     pub fn apply(&self, positions_m: &mut [f32], normals: &mut [f32]) {
         let places = positions_m.as_chunks_mut::<3>().0;
+        let normals = normals.as_chunks_mut::<3>().0;
+        let pockets = self.pockets.get_or_init(|| {
+            let mut neighbours: Vec<&[u32]> = vec![&[]; places.len()];
+            for (&(vertex, share), range) in self.movers.iter().zip(self.starts.windows(2)) {
+                if share >= 1.0 {
+                    neighbours[vertex as usize] = &self.neighbours[range[0]..range[1]];
+                }
+            }
+            Pocket::find(&neighbours, places, normals)
+        });
+        for pocket in pockets {
+            pocket.apply(places);
+        }
         let mut moved: Vec<Vec3> = Vec::with_capacity(self.movers.len());
         for step in STEPS.into_iter().cycle().take(2 * ROUNDS) {
             moved.clear();
@@ -82,7 +109,7 @@ impl Drape {
                 places[vertex as usize] = place.to_array();
             }
         }
-        self.renew_normals(places, normals.as_chunks_mut::<3>().0);
+        self.renew_normals(places, normals);
     }
 
     /// The triangles' normals, weighted by their areas, at the vertices that moved.

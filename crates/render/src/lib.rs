@@ -25,6 +25,7 @@ mod mesh;
 mod paint;
 mod parts;
 mod pipelines;
+mod pocket;
 mod readback;
 mod renderer;
 mod shaders;

@@ -27,7 +27,7 @@ pub(crate) struct Looks {
 impl Looks {
     pub fn new(mesh: &BodyMesh<'_>, paint: &Paint) -> Self {
         let cloth = paint.cloth_shares().and_then(|shares| {
-            let inside: Vec<bool> = shares.iter().map(|&share| share > 0.99).collect();
+            let inside: Vec<bool> = shares.iter().map(|&share| share > CLOTH_SHARE).collect();
             Drape::new(&inner_shares(&inside, mesh.faces), mesh.faces)
         });
         Self {
@@ -61,6 +61,10 @@ impl Looks {
     }
 }
 
+/// A vertex is under cloth from this share on; the hem is where it is a half. Nearer to the whole, hems that blend over
+/// centimetres would hold what is not near them.
+const CLOTH_SHARE: f32 = 0.75;
+
 /// Rings of triangles from the hem inwards over which the cloth comes to be free of the skin: the hem
 /// itself is held, or it would wander and fray.
 const HEM_RINGS: usize = 3;
@@ -89,7 +93,71 @@ fn inner_shares(inside: &[bool], faces: &[u32]) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use dynaskin_body::{BodyModel, Region, SHAPE_COUNT, vertex_normals};
+    use glam::Vec3;
+
     use super::*;
+
+    /// Normals at the ends of edges of a committed body's chest that clothes leave free, and lengths of the edges.
+    fn chest_edges(name: &str, draped: bool) -> Vec<(f32, f32)> {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+        let glb = std::fs::read(models.join(name).join("body.glb")).unwrap();
+        let model = BodyModel::from_glb(&glb).unwrap();
+        let rest_m = model.shaped(&[0.0; SHAPE_COUNT]).positions_m;
+        let joints: Vec<u8> = model.skin.iter().flat_map(|skin| skin.joints).collect();
+        let weights: Vec<f32> = model.skin.iter().flat_map(|skin| skin.weights).collect();
+        let mesh = BodyMesh {
+            faces: model.faces.as_flattened(),
+            skin_joints: &joints,
+            skin_weights: &weights,
+            colors_srgba: model.colors_srgba.as_flattened(),
+        };
+        let looks = Looks::new(&mesh, &Paint::new(&mesh));
+        let look = Look {
+            sculpture: true,
+            draped: true,
+        };
+        let drape = looks.drape(look).unwrap();
+        let flat = |vectors: &[Vec3]| vectors.iter().flat_map(Vec3::to_array).collect::<Vec<_>>();
+        let mut positions_m = flat(&rest_m);
+        let mut normals = flat(&vertex_normals(&rest_m, &model.faces));
+        if draped {
+            drape.apply(&mut positions_m, &mut normals);
+        }
+        let at = |array: &[f32], vertex: u32| Vec3::from_slice(&array[3 * vertex as usize..]);
+        let chest = &model.region_weights[Region::Chest as usize];
+        let faces = model.faces.iter();
+        faces
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .filter(|ends| {
+                let inside = |&end: &u32| chest[end as usize] > 0.5 && drape.share(end) >= 1.0;
+                ends.iter().all(inside)
+            })
+            .map(|[a, b]| {
+                let angle = at(&normals, a).angle_between(at(&normals, b)).to_degrees();
+                (angle, at(&positions_m, a).distance(at(&positions_m, b)))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn no_form_smaller_than_a_fingertip_shows_under_cloth() {
+        // Of edges of a centimetre at most: longer ones turn with the body.
+        let sharpest = |name, draped| {
+            chest_edges(name, draped)
+                .into_iter()
+                .filter(|&(_, length_m)| length_m < 0.01)
+                .map(|(angle, _)| angle)
+                .fold(0.0, f32::max)
+        };
+        assert!(sharpest("female", false) > 40.0);
+        for name in ["female", "male"] {
+            let angle = sharpest(name, true);
+            assert!(angle < 20.0, "{name}: {angle}°");
+        }
+    }
 
     #[test]
     fn cloth_is_held_at_its_hem_and_free_further_in() {

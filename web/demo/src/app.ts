@@ -1,5 +1,5 @@
-import { type Avatar, Motion, type Pose } from "dynaskin";
-import { actorLabel, type Slot } from "./actors.js";
+import type { Avatar } from "dynaskin";
+import type { Slot } from "./actors.js";
 import { Address } from "./address.js";
 import { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
@@ -12,28 +12,28 @@ import { Comparison } from "./comparison.js";
 import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
 import { type Extent, extentsOf, largestGapPx } from "./extent.js";
+import { followStore } from "./follow.js";
 import { Ghost } from "./ghost.js";
-import { Handles } from "./handles.js";
 import { Hud } from "./hud.js";
-import { jointNames } from "./joint-names.js";
 import { Loader } from "./loader.js";
 import type { LoadingBar } from "./loading.js";
-import { checkKind } from "./motion-kind.js";
+import { FrameLoop } from "./loop.js";
 import type { MotionName } from "./motions.js";
-import { Names } from "./names.js";
-import { START_YAW_RADIANS } from "./orbit.js";
+import { announcePlaying, filmTexts } from "./now-playing.js";
+import { openMotionFile } from "./open-file.js";
+import { Overlays } from "./overlays.js";
+import { pairUp } from "./pair.js";
 import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
 import { showReadings } from "./readings.js";
-import { showFileProblem, showFileReport } from "./report.js";
-import { type Consequence, readSettings, SETTING_NAMES, SETTINGS } from "./settings.js";
+import { showFileProblem } from "./report.js";
+import { readSettings } from "./settings.js";
 import { Stage } from "./stage.js";
 import {
   bodyCount,
   chooseMotion,
-  isDivided,
-  isPlain,
+  hasTwoPictures,
   leaveClip,
   NOTHING_WAITS,
   type PageStore,
@@ -41,12 +41,9 @@ import {
   wantedActors,
 } from "./state.js";
 import { Story } from "./story.js";
-import { dismissErrors, showError } from "./toast.js";
+import { showError } from "./toast.js";
 import type { View } from "./view.js";
 import { Wipe } from "./wipe.js";
-
-/** Largest file that is read into memory, in bytes. */
-const MAX_FILE_BYTES = 64e6;
 
 /** The page: what follows from the store's values, and the loop that draws. */
 export class App {
@@ -58,16 +55,11 @@ export class App {
   readonly #program: Program;
   readonly #panel: Panel;
   readonly #capture: Capture;
-  readonly #handles: Handles;
-  readonly #names: Names;
+  readonly #overlays: Overlays;
   readonly #wipe: Wipe;
-  readonly #address: Address;
+  readonly #loop: FrameLoop;
   readonly #story: Story;
   #playback: Playback | null = null;
-  /** When the frame before began; null where the time since then does not count. */
-  #lastFrame: number | null = null;
-  /** The store's revision that the picture shows. */
-  #drawnRevision = -1;
 
   constructor(store: PageStore, view: View, loading: LoadingBar) {
     this.store = store;
@@ -92,82 +84,47 @@ export class App {
       copyHud: () => void copyText(this.hud.text, "The timings are on the clipboard as text."),
       nextLayout: () => comparison.nextLayout(),
       focusBody: () => {
-        this.#showHandles(0);
-        this.#handles.focus();
+        this.#overlays.focusBody(this.#playback);
       },
     });
-    this.#handles = new Handles(view, () => this.#wake());
-    // An actor that is alone is held to see it without its tissue.
-    this.#names = new Names(view, (slot) =>
-      store.change({ held: slot && state.shownLayout === "one" ? "left" : slot }),
-    );
-    addEventListener("blur", () => store.change({ held: null }));
+    this.#overlays = new Overlays(store, this.stage, view);
     byId("caption-close").addEventListener("click", () => store.change({ caption: false }));
     this.#capture = new Capture(view, () => this.draw(0));
-    byId("share-clip").addEventListener("click", () => this.#saveClip());
+    byId("share-clip").addEventListener("click", () => {
+      byId<HTMLDialogElement>("share-dialog").close();
+      void this.#capture.saveClip(filmTexts(state), (seconds) => this.draw(seconds));
+    });
     bindDialogs(store, () =>
       codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null),
     );
-    new BenchmarkDialog(store);
-    this.#follow();
-    this.#address = new Address(store, view.camera);
-    document.addEventListener("visibilitychange", () => {
-      this.#lastFrame = null;
-    });
-    requestAnimationFrame((now) => this.#frame(now));
-  }
-
-  /** Does what follows from the store's values: once for all that change together. */
-  #follow(): void {
-    const { state } = this.store;
-    const consequences: Record<Consequence, () => void> = {
-      actors: () => this.#loader.follow(),
-      shape: () => this.#reshape(),
-      motion: () => wait(this.store, { motion: true }),
-      tissue: () => this.#retune(),
-      // Fills the plots with the seconds before.
-      plots: () => this.#play((playback) => playback.seek(playback.timeSeconds)),
-      clock: () => this.#applySpeed(),
-    };
-    for (const [consequence, work] of Object.entries(consequences)) {
-      const names = SETTING_NAMES.filter((name) =>
-        SETTINGS[name].affects?.includes(consequence as Consequence),
-      );
-      this.#on(() => names.map((name) => state[name]), work);
-    }
-    // What a link says of the moment belongs to all the rest that it says.
-    this.#on(
-      () => SETTING_NAMES.map((name) => state[name]),
-      () => {},
-    );
-    this.#on(
-      () => [state.isNarrow],
-      () => this.#loader.follow(),
-    );
-    this.#on(
-      () => [isPlain(state)],
-      () => this.#retune(),
-    );
-    this.#on(
-      () => [bodyCount(state), state.cast],
-      () => state.cast && this.#view.setBodies(state.cast.body, bodyCount(state)),
-    );
-    this.#on(
-      () => [state.isMeasuring],
-      () => {
-        this.#lastFrame = null;
+    new BenchmarkDialog(store, () => this.#loader.openWhole());
+    followStore(
+      store,
+      {
+        actors: () => this.#loader.follow(),
+        shape: () => this.#reshape(),
+        motion: () => wait(store, { motion: true }),
+        tissue: () => this.#retune(),
+        // Fills the plots with the seconds before.
+        plots: () => this.#play((playback) => playback.seek(playback.timeSeconds)),
+        clock: () => this.#applySpeed(),
+        bodies: () => state.cast && view.setBodies(state.cast.body, bodyCount(state)),
+        measuring: () => this.#loop.skip(),
       },
+      (work) => this.#changed(work),
     );
-    showReadings(this.store, {
-      view: this.#view,
-      names: this.#names,
+    showReadings(store, {
+      view,
+      names: this.#overlays.names,
       wipe: this.#wipe,
       traces: this.stage.traces,
     });
-  }
-
-  #on(read: () => readonly unknown[], work: () => void): void {
-    this.store.on(read, () => this.#changed(work));
+    this.#loop = new FrameLoop({
+      ...{ store, view, hud: this.hud, traces: this.stage.traces, capture: this.#capture },
+      address: new Address(store, view.camera),
+      isPaused: () => this.#playback?.paused ?? false,
+      draw: (elapsedSeconds) => this.draw(elapsedSeconds),
+    });
   }
 
   /** What plays, once the body is there. */
@@ -227,7 +184,7 @@ export class App {
     byId("file-report").hidden = true;
     this.#changed(() => {
       this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
-      this.#announce();
+      announcePlaying(this.store.state, this.#program.label);
     });
     this.#view.camera.place = settings.camera && [...settings.camera];
     wait(this.store, { motion: false, camera: true });
@@ -236,39 +193,25 @@ export class App {
   }
 
   /** Plays a motion file; one that cannot be played is explained, and what played goes on. */
-  async openFile(file: File): Promise<void> {
-    try {
-      if (file.size > MAX_FILE_BYTES) {
-        throw new Error(`It has ${(file.size / 1e6).toFixed(0)} MB; the page reads up to 64 MB.`);
-      }
-      const bytes = new Uint8Array(await file.arrayBuffer());
-      checkKind(file.name, bytes);
-      if (!this.#playback)
-        throw new Error("The body is still being loaded. Try again in a moment.");
-      const motion = Motion.fromFile(bytes, this.#playback.avatar);
-      this.#story.leave();
-      dismissErrors();
-      this.#playback.setMotion(motion);
-      this.#turnToFace(this.#playback.pose);
-      this.#program.setFile({ name: file.name, bytes });
-      wait(this.store, { motion: false });
-      showFileReport(file.name, motion);
-      leaveClip(this.store);
-      this.#announce();
-      byId("file-report").scrollIntoView({ block: "nearest" });
-    } catch (error) {
-      this.#story.leave();
-      showFileProblem(file.name, error, await jointNames(file));
-      byId("file-report").scrollIntoView({ block: "nearest" });
-      showError(`${file.name} cannot be played`, error);
-    }
-  }
-
-  /** Looks at a body from where its face is, as at the start: a file may begin with its back to the camera. */
-  #turnToFace(pose: Pose): void {
-    const [x = 0, y = 0, z = 0, w = 1] = pose.subarray(3, 7);
-    const facing = Math.atan2(2 * (x * z + w * y), 1 - 2 * (x * x + y * y));
-    this.#view.camera.yawRadians = START_YAW_RADIANS + facing;
+  openFile(file: File): Promise<void> {
+    return openMotionFile(file, {
+      leaveStory: () => this.#story.leave(),
+      avatar: async () => {
+        if (!this.#playback) {
+          throw new Error("The body is still being loaded. Try again in a moment.");
+        }
+        await this.#loader.openWhole();
+        return this.#playback.avatar;
+      },
+      play: (motion, { name, bytes }) => {
+        this.#playback?.setMotion(motion);
+        if (this.#playback) this.#view.camera.turnToFace(this.#playback.pose);
+        this.#program.setFile({ name, bytes });
+        wait(this.store, { motion: false });
+        leaveClip(this.store);
+        announcePlaying(this.store.state, this.#program.label);
+      },
+    });
   }
 
   /** Makes the motion anew and jumps, if controls asked for that: sliders ask more often than pictures. */
@@ -309,7 +252,7 @@ export class App {
       for (const avatar of made) avatar.dispose();
       throw error;
     }
-    this.#names.set(layout === "wipe" ? [] : shown);
+    this.#overlays.names.set(layout === "wipe" ? [] : shown);
     store.change({
       ...{ cast, shown, shownLayout: layout },
       waiting: { ...store.state.waiting, motion: false, camera: true },
@@ -320,7 +263,7 @@ export class App {
     this.hud.setFact("vertices", shown.length > 1 ? `${shown.length} × ${vertices}` : vertices);
     this.#applySpeed();
     this.hud.clear();
-    this.#announce();
+    announcePlaying(this.store.state, this.#program.label);
     if (!cast.model) return;
     store.change({ isComplete: true });
     if (isLoop(store.state.chapter)) this.restartStory();
@@ -363,7 +306,7 @@ export class App {
       if (!this.store.state.file) throw error;
       const refused = this.#program.refuseFile();
       this.#playback.setMotion(this.#program.makeMotion(this.#playback.avatar));
-      this.#announce();
+      announcePlaying(this.store.state, this.#program.label);
       showFileProblem(refused?.name ?? "", error, []);
       showError(`${refused?.name} cannot be played to its end`, error);
     }
@@ -376,7 +319,7 @@ export class App {
     wait(this.store, { motion: false });
     if (clip !== null) return;
     this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
-    this.#announce();
+    announcePlaying(this.store.state, this.#program.label);
   }
 
   #reshape(): void {
@@ -397,14 +340,9 @@ export class App {
     this.#playback.paused = this.store.state.paused;
   }
 
-  /** Who takes hold of a body that stands still wants it to move. */
-  #wake(): void {
-    this.store.change({ paused: false });
-  }
-
   /** Carries a change out, and takes note of the moment at which the motion then stands. */
   #changed(work: () => void): void {
-    this.#drawnRevision = -1;
+    this.#loop.forgetPicture();
     try {
       work();
     } catch (error) {
@@ -419,81 +357,15 @@ export class App {
     this.store.change({ timeSeconds: stands ? playback.timeSeconds : null });
   }
 
-  #announce(): void {
-    const playing = `${this.#program.label} · ${this.store.state.cast?.sex} body`;
-    byId("now-playing").textContent = playing;
-    const actors = this.store.state.shown.map(({ kind }) => actorLabel(kind)).join(", ");
-    byId("view").setAttribute(
-      "aria-label",
-      `${playing}, moved by: ${actors}. Drag or use the arrow keys to orbit, scroll, pinch or press plus ` +
-        "and minus to zoom, double-click to reset the view.",
-    );
-  }
-
-  #frame(now: number): void {
-    requestAnimationFrame((next) => this.#frame(next));
-    const elapsed = this.#lastFrame === null ? 0 : now - this.#lastFrame;
-    this.#lastFrame = now;
-    const { state } = this.store;
-    if (document.hidden || state.hasFailed || state.isMeasuring) return;
-    this.hud.setFact("picture", this.#view.resolution);
-    this.hud.show(now);
-    this.stage.traces.show(now);
-    this.#address.rememberCamera(now);
-    const isStill = this.#playback?.paused && !this.#isStale && !this.#view.isStale;
-    if (isStill && !this.#capture.isRecording) return;
-    if (this.#capture.isFilming) return;
-    // Below the story nobody sees the picture.
-    if (state.chapter && scrollY > innerHeight) return;
-    if (elapsed > 0) this.hud.addInterval(elapsed);
-    try {
-      this.draw(elapsed / 1000);
-    } catch (error) {
-      this.store.change({ hasFailed: true });
-      showError("The picture stopped; reload the page to start again", error);
-    }
-  }
-
-  /** Whether the picture is no longer what the store says; a paused page draws only then. */
-  get #isStale(): boolean {
-    return this.#drawnRevision !== this.store.revision;
-  }
-
-  /** Puts what hangs on the bodies where they are in the picture. */
-  #showHandles(elapsedSeconds: number): void {
-    const motion = this.#playback?.motion;
-    const { shown } = this.store.state;
-    const places = this.stage.placesM(shown.length);
-    const main = Math.max(
-      0,
-      shown.findIndex(({ slot }) => slot === "right"),
-    );
-    this.#handles.attach(motion instanceof ByHand ? motion : null);
-    this.#handles.show(places[main] ?? [0, 0]);
-    const crownsM = this.stage.crownsM(this.#playback?.avatars ?? []);
-    this.#names.show(crownsM, places, elapsedSeconds);
-  }
-
-  /** Films what is on the screen, with its names. */
-  #saveClip(): void {
-    byId<HTMLDialogElement>("share-dialog").close();
-    const { chapter, shown } = this.store.state;
-    const names = shown.map(({ kind, label }) => label ?? actorLabel(kind));
-    const texts = {
-      names: chapter === "look" ? ["without tissue", "with tissue"] : names.slice(0, 2),
-      address: `dynaskin · ${location.host}${location.pathname}`,
-    };
-    void this.#capture.saveClip(texts, (seconds) => this.draw(seconds));
-  }
-
   /** Advances by `elapsedSeconds` of real time and draws. */
   draw(elapsedSeconds: number): void {
     this.applyChanges();
+    pairUp(this.store, this.#view);
     const { state } = this.store;
     // Where no frames follow, a camera on its way would stay there.
     const followSeconds = state.waiting.camera ? 0 : elapsedSeconds;
     this.store.change({ waiting: NOTHING_WAITS });
-    this.#drawnRevision = this.store.revision;
+    this.#loop.noteDrawn();
     const playback = this.#playback;
     if (playback) {
       this.#story.direct(playback);
@@ -502,17 +374,27 @@ export class App {
       if (!playback.paused && this.mainAvatar) this.hud.addStep(this.mainAvatar);
       // A hand pulls the body against a camera that stands still.
       const [x = 0, , z = 0] = playback.motion instanceof ByHand ? [] : playback.pose;
-      this.#view.camera.followBody(x, z, followSeconds);
+      // Half a picture has no room for a trunk that leans out of it: the camera looks at its middle.
+      const [headX, , headZ] = (state.isPaired && this.stage.crownsM(playback.avatars)[0]) || [
+        x,
+        0,
+        z,
+      ];
+      this.#view.camera.followBody((x + headX) / 2, (z + headZ) / 2, followSeconds);
       this.hud.timed("upload", () => {
         const looks = this.stage.appearances(playback.avatars);
-        const divided = isDivided(state);
-        this.#view.upload(divided ? looks.slice(1) : looks, (divided && looks[0]) || null);
+        const isSplit = hasTwoPictures(state);
+        this.#view.upload(isSplit ? looks.slice(1) : looks, (isSplit && looks[0]) || null);
       });
       this.#panel.showTime(playback.timeSeconds, playback.motion.durationSeconds);
     }
     this.hud.timed("render", () => this.#view.draw());
-    if (playback) this.#story.draw(playback);
-    this.#showHandles(followSeconds);
+    if (playback) {
+      this.#story.draw(playback);
+      // The body itself takes the place of its picture.
+      document.documentElement.classList.remove("first-view");
+    }
+    this.#overlays.show(playback, followSeconds);
     this.#capture.afterDraw();
   }
 }

@@ -1,7 +1,8 @@
 import traits from "virtual:traits";
 import { checkRadio } from "./controls.js";
 import { byId } from "./dom.js";
-import { moveTrait, randomShape, type Trait, withinBound } from "./likely.js";
+import { Figures, type Words } from "./figures.js";
+import { randomShape, type Trait, withinBound } from "./likely.js";
 import { SHAPE_LIMIT } from "./settings.js";
 import { createSlider, fillSliders, type Slider } from "./slider.js";
 import { chooseBody, type PageStore } from "./state.js";
@@ -24,12 +25,15 @@ export class BodyPanel {
   readonly #store: PageStore;
   readonly #coefficients: Slider[];
   #traitSliders: { trait: Trait; slider: Slider }[] = [];
-  /** The slider that is being moved and the shape that it began from. */
-  #moving: { name: Trait["name"]; from: readonly number[] } | null = null;
-  #isMoving = false;
+  readonly #figures: Figures;
+  /** What the sliders have asked for, and the shape that came of it: another one begins anew. */
+  #wish: { words: Partial<Words>; shape: readonly number[] } | null = null;
+  /** The slider that is being moved. */
+  #moving: Trait["name"] | null = null;
 
   constructor(store: PageStore) {
     this.#store = store;
+    this.#figures = new Figures(store);
     const { state } = store;
     byId("sex").addEventListener("change", (event) => {
       const { value } = event.target as HTMLInputElement;
@@ -60,7 +64,6 @@ export class BodyPanel {
 
   /** The sliders of a body, whose traits are its own. */
   #makeTraits(): void {
-    this.#moving = null;
     const { sex, shape } = this.#store.state;
     const own = traits[sex];
     this.#traitSliders = ORDER.flatMap((name) => own.filter((trait) => trait.name === name)).map(
@@ -73,10 +76,8 @@ export class BodyPanel {
           format: (value) => `${Math.round(value)} ${trait.unit}`,
           onInput: (value) => this.#setTrait(trait, value),
         });
-        // The thumb goes back to as far as the coefficients reach.
-        slider.element.addEventListener("change", () =>
-          slider.set(traitOf(trait, this.#store.state.shape)),
-        );
+        // The thumb goes back to as far as bodies reach.
+        slider.element.addEventListener("change", () => this.#showShape(this.#store.state.shape));
         slider.set(traitOf(trait, shape));
         return { trait, slider };
       },
@@ -87,26 +88,32 @@ export class BodyPanel {
     );
   }
 
-  /** From the shape at which the slider was taken, so that going back undoes going forth. */
+  /** With the stature and the weight as they are, and what else the sliders have asked for; the rest follows. */
   #setTrait(trait: Trait, value: number): void {
-    if (this.#moving?.name !== trait.name) {
-      this.#moving = { name: trait.name, from: this.#store.state.shape };
-    }
-    this.#isMoving = true;
-    const kept = traits[this.#store.state.sex].filter(({ name }) => name === "stature");
-    this.#store.change({ shape: moveTrait(this.#moving.from, trait, value, kept) });
-    this.#isMoving = false;
+    const { shape } = this.#store.state;
+    const now = this.#figures.measure(shape);
+    if (!now) return;
+    const { stature, weight } = now;
+    const before = this.#wish?.shape === shape ? this.#wish.words : { stature, weight };
+    const words = { ...before, [trait.name]: value };
+    const next = this.#figures.shapeOf(words);
+    if (!next) return;
+    this.#wish = { words, shape: next };
+    this.#moving = trait.name;
+    this.#store.change({ shape: next });
+    this.#moving = null;
   }
 
   #setShape(next: readonly number[]): void {
-    this.#moving = null;
     this.#store.change({ shape: next });
   }
 
   /** Shows the shape in all sliders but the one that is being moved. */
   #showShape(shape: readonly number[]): void {
+    const measured = this.#figures.measure(shape);
     for (const { trait, slider } of this.#traitSliders) {
-      if (!this.#isMoving || trait.name !== this.#moving?.name) slider.set(traitOf(trait, shape));
+      if (trait.name === this.#moving) continue;
+      slider.set(measured?.[trait.name] ?? traitOf(trait, shape));
     }
     this.#coefficients.forEach((slider, idx) => {
       slider.set(shape[idx] ?? 0);

@@ -9,6 +9,8 @@ export class Cast {
   constructor(
     readonly sex: Sex,
     readonly body: Body,
+    /** Whether its core runs the networks of other methods and reads motion files. */
+    readonly isWhole: boolean,
   ) {}
 
   /** The model of dynaskin's own, once it is there. */

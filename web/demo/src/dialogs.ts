@@ -30,9 +30,9 @@ export function bindDialogs(store: PageStore, code: () => string): void {
     void copyText(location.href, note);
   });
   const share = byId<HTMLDialogElement>("share-dialog");
-  byId("story-share").addEventListener("click", () => {
-    share.showModal();
-  });
+  for (const id of ["story-share", "lab-share"]) {
+    byId(id).addEventListener("click", () => share.showModal());
+  }
   for (const [id, original] of [
     ["share-link", "link-copy"],
     ["share-picture", "picture"],

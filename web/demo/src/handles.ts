@@ -36,6 +36,8 @@ export class Handles {
   /** Whether the visitor has ever taken hold of the body. */
   #isKnown = false;
   #placeM: Place = [0, 0];
+  /** How far right of where the camera looks the body is drawn, in pixels. */
+  #asidePx = 0;
 
   /** `onHold` is called when the visitor takes hold of the body. */
   constructor(view: View, onHold: () => void) {
@@ -62,12 +64,14 @@ export class Handles {
   }
 
   /** Puts the rings where their parts are in the picture of a body that stands away from its pose. */
-  show(placeM: Place): void {
+  show(placeM: Place, asidePx: number): void {
     this.#placeM = placeM;
+    this.#asidePx = asidePx;
     if (!this.#hand) return;
     for (const grip of GRIPS) {
       const { xPx, yPx } = this.#project(this.#hand, grip);
-      byId(`grip-${grip}`).style.translate = `${xPx.toFixed(1)}px ${yPx.toFixed(1)}px`;
+      byId(`grip-${grip}`).style.translate =
+        `${(xPx + this.#asidePx).toFixed(1)}px ${yPx.toFixed(1)}px`;
     }
   }
 

@@ -40,6 +40,8 @@ export interface DemoHook {
   restartStory(): void;
   /** Pauses, and lets so many seconds of the story pass: at its own speed, with slow motion. */
   advanceStory(seconds: number): void;
+  /** Draws now. */
+  draw(): void;
   /** Largest distance in the picture between the same point of the first two actors, in CSS pixels. */
   readonly gapPx: number;
   /** Pauses, and advances by one tick, 1/60 s. */
@@ -100,6 +102,7 @@ export function installHook(app: App, view: View): void {
       app.playback?.seek(timeSeconds, 0);
       app.draw(0);
     },
+    draw: () => app.draw(0),
     get gapPx() {
       return app.gapPx;
     },

@@ -111,12 +111,12 @@ export class Layer {
     }
   }
 
-  /** Draws one picture. */
-  draw(camera: Camera): void {
+  /** Draws one picture, one that will stand with all pixels. */
+  draw(camera: Camera, stands = false): void {
     // A window dragged to another screen keeps its size in CSS pixels, and no event says so reliably.
     if (devicePixelRatio !== this.#pixelRatio) this.#resize();
     this.renderer.setCamera(camera);
-    this.renderer.render();
+    this.renderer.render({ allPixels: stands });
   }
 
   #resize(): void {

@@ -70,29 +70,6 @@ export function likeliest(wanted: readonly (readonly [trait: Trait, value: numbe
   return shape;
 }
 
-/**
- * The shape with another value of an attribute, moved towards the bodies that usually have it, with the
- * `kept` attributes as they are. Near the bound, what neither of them depends on comes back to the average;
- * a value that no likely body has is reached as far as the bound allows.
- */
-export function moveTrait(
-  shape: readonly number[],
-  trait: Trait,
-  value: number,
-  kept: readonly Trait[],
-): number[] {
-  const others = kept.filter(({ name }) => name !== trait.name);
-  const basis = basisOf([...others, trait].map((each) => each.per_coefficient));
-  const axis = basis.at(-1) ?? [];
-  const change = value - trait.mean - dot(trait.per_coefficient, shape);
-  const moved = sum(shape, axis, change / dot(trait.per_coefficient, axis));
-  if (Math.hypot(...moved) <= LIKELY_RADIUS) return moved;
-  const fixed = withinBound(along(basis, moved));
-  const free = sum(moved, along(basis, moved), -1);
-  const room = Math.sqrt(Math.max(0, LIKELY_RADIUS ** 2 - dot(fixed, fixed)));
-  return sum(fixed, withinBound(free, room));
-}
-
 /** Share of a standard deviation by which random bodies of the same weight and age differ. */
 const RANDOM_REST = 0.5;
 

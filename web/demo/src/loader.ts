@@ -1,9 +1,10 @@
-import { load } from "dynaskin";
+import { type LoadOptions, load as loadWhole, type Model } from "dynaskin";
+import { load as loadSlim } from "dynaskin/slim";
 import { actorLabel, isMethod } from "./actors.js";
 import { Cast } from "./cast.js";
 import { filesIn, type LoadingBar } from "./loading.js";
 import { type Settings, USUAL } from "./settings.js";
-import { type PageStore, type State, wantedActors } from "./state.js";
+import { needsWholeCore, type PageStore, type State, wantedActors } from "./state.js";
 import { showError } from "./toast.js";
 import { clipFile, loadClip } from "./truth.js";
 import type { View } from "./view.js";
@@ -21,9 +22,16 @@ function pick(settings: Readonly<Settings>): ActorSettings {
 
 /** Tells the bar of everything that a page with these settings is going to download. */
 export function announceDownloads(state: Readonly<State>, loading: LoadingBar): void {
+  const isWhole = needsWholeCore(state);
   loading.expect("renderer", ["renderer"]);
-  loading.expect("model", ["core", ...filesIn(`${state.sex}/`)]);
+  loading.expect("model", [isWhole ? "core" : "slim", ...modelFiles(state.sex, isWhole)]);
   announceActors(state, loading, () => true);
+}
+
+/** The files of dynaskin's own model: its networks as the core of the page takes them. */
+function modelFiles(sex: string, isWhole: boolean): string[] {
+  const others = isWhole ? ".lowered" : ".onnx";
+  return filesIn(`${sex}/`).filter((file) => !file.endsWith(others));
 }
 
 /** Tells the bar of the clip and of the networks of those actors whose networks are `missing`. */
@@ -51,6 +59,8 @@ export class Loader {
   #following = Promise.resolve();
   /** The body of the latest download. */
   #sex: Settings["sex"];
+  /** Whether the whole core has been asked for: it stays. */
+  #isWhole = false;
   /** Stops the latest download of a model, and that of other networks and clips. */
   #download: AbortController | null = null;
   #recasting: AbortController | null = null;
@@ -69,7 +79,27 @@ export class Loader {
 
   /** Goes after the settings: another body, or other actors of the present one. */
   follow(): void {
-    this.#following = this.#store.state.sex === this.#sex ? this.#recast() : this.openModel();
+    const { state } = this.#store;
+    const isLoaded = state.sex === this.#sex && (this.#isWhole || !needsWholeCore(state));
+    this.#following = isLoaded ? this.#recast() : this.openModel();
+  }
+
+  /**
+   * The cast with the core that runs any network and reads motion files. It is not what a visitor waits for at first:
+   * the page begins with one of a fifth of its size.
+   *
+   * @throws Error where it cannot be loaded; the page has said why then
+   */
+  async openWhole(): Promise<Cast> {
+    if (!this.#isWhole) {
+      this.#isWhole = true;
+      this.#following = this.openModel();
+    }
+    await this.#following;
+    const { cast } = this.#store.state;
+    if (cast?.isWhole) return cast;
+    this.#isWhole = false;
+    throw new Error("What it needs could not be loaded.");
   }
 
   /** Resolves when what the settings last asked for is on the screen, or has failed. */
@@ -90,8 +120,9 @@ export class Loader {
     this.#download = download;
     const { sex, cast: shown } = this.#store.state;
     this.#sex = sex;
+    this.#isWhole ||= needsWholeCore(this.#store.state);
     // A visitor who went back before the other body had come has all there is.
-    if (shown?.model && shown.sex === sex) this.#goBack();
+    if (shown?.model && shown.sex === sex && shown.isWhole === this.#isWhole) this.#goBack();
     else
       await this.#load(sex, download.signal).catch((error) => this.#explainLoad(download, error));
     this.#finish(download);
@@ -111,9 +142,15 @@ export class Loader {
   }
 
   async #load(sex: Settings["sex"], signal: AbortSignal): Promise<void> {
-    if (this.#store.state.cast) this.#loading.expect("model", filesIn(`${sex}/`));
+    const isWhole = this.#isWhole;
+    const before = this.#store.state.cast;
+    if (before) {
+      const core = isWhole && !before.isWhole ? ["core"] : [];
+      this.#loading.expect("model", [...core, ...modelFiles(sex, isWhole)]);
+    }
     this.#loading.say("Loading the body");
     let early: Cast | null = null;
+    const load: (options: LoadOptions) => Promise<Model> = isWhole ? loadWhole : loadSlim;
     const model = await load({
       model: new URL(`${sex}/`, document.baseURI),
       signal,
@@ -123,11 +160,11 @@ export class Loader {
       onBody: (body) => {
         if (signal.aborted || this.#store.state.cast) return;
         this.#loading.say("Loading the networks");
-        early = new Cast(sex, body);
+        early = new Cast(sex, body, isWhole);
         this.#show(early);
       },
     });
-    const cast = early ?? new Cast(sex, model.body);
+    const cast = early ?? new Cast(sex, model.body, isWhole);
     cast.setModel(model);
     try {
       signal.throwIfAborted();

@@ -96,20 +96,22 @@ export class Names {
       const before = this.#heightsM[idx] ?? y;
       const heightM = y > before ? y : before + (y - before) * share;
       this.#heightsM[idx] = heightM;
-      return this.#view.project([x + asideM, heightM + OVER_HEAD_M, z + aheadM]);
+      const head = this.#view.project([x + asideM, heightM + OVER_HEAD_M, z + aheadM]);
+      return { ...head, xPx: head.xPx + this.#view.asidePx(idx === 0 ? "left" : "right") };
     });
     const apartPx = over.slice(1).map(({ xPx }, idx) => Math.abs(xPx - (over[idx]?.xPx ?? 0)));
     const roomPx = this.#isAlone ? MOST_WIDTH_PX : Math.min(MOST_WIDTH_PX, ...apartPx);
     const widthPx = Math.max(LEAST_WIDTH_PX, roomPx - GAP_PX);
     const isBelowTitle = over.some(({ xPx }) => xPx - widthPx / 2 < this.#title.right);
     const highestPx = (isBelowTitle ? this.#title.bottom : 0) + BELOW_EDGE_PX;
-    const freePx = innerWidth - coveredPixels().right;
+    const leastPx = this.#shown.length > 1 ? this.#view.coveredLeftPx : 0;
+    const freePx = innerWidth - Math.max(0, coveredPixels().right);
     for (const [idx, { xPx: headPx, yPx }] of over.entries()) {
       const element = this.#element(idx);
       if (!element) continue;
       // Not under the panel, as far as there is room beside it.
       const half = element.offsetWidth / 2;
-      const xPx = Math.max(half, Math.min(headPx, freePx - half));
+      const xPx = Math.max(leastPx + half, Math.min(headPx, freePx - half));
       const bottomPx = Math.max(highestPx, yPx);
       // Where it has no room over the head, the name of one alone would cover the face for nothing.
       const isLost = this.#shown.length === 1 && bottomPx > yPx + LOST_PX;

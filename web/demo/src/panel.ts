@@ -59,6 +59,7 @@ export class Panel {
     this.#bindTransport();
     this.#bindKeys();
     this.#bindSheet();
+    byId("grab").addEventListener("click", () => this.#takeInHand());
     byId("hud-copy").addEventListener("click", () => actions.copyHud());
     store.show(() => this.#showSwitches());
   }

@@ -102,8 +102,9 @@ export class Stage {
    * The row is parallel to the picture that the page starts with.
    */
   placesM(count: number): Place[] {
-    const apart =
-      this.#store.state.shownLayout === "side" && aloneOf(this.#store.state) === null ? 1 : 0;
+    const { state } = this.#store;
+    const isRow = state.shownLayout === "side" && !state.isPaired && aloneOf(state) === null;
+    const apart = isRow ? 1 : 0;
     return Array.from({ length: count }, (_, idx) => {
       const steps = apart * (idx - (count - 1) / 2);
       return [steps * STEP_M[0], steps * STEP_M[1]];

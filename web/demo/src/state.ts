@@ -1,4 +1,4 @@
-import { type ActorKind, actorsOf, type Sex, SLOTS, type Slot } from "./actors.js";
+import { type ActorKind, actorsOf, isMethod, type Sex, SLOTS, type Slot } from "./actors.js";
 import type { Cast } from "./cast.js";
 import { troupe } from "./chapters.js";
 import type { MotionFile } from "./motions.js";
@@ -51,6 +51,8 @@ export interface Session {
   isMeasuring: boolean;
   /** Whether drawing has failed, and is not tried again. */
   hasFailed: boolean;
+  /** Whether two actors beside each other have a camera each, because it is close to them. */
+  isPaired: boolean;
   /** Whether the controls are a sheet at the bottom, beside a picture that has room for two. */
   isNarrow: boolean;
   /** The moment to begin at; null once it has begun, or from the motion's beginning. */
@@ -78,6 +80,7 @@ export function createStore(settings: Settings): PageStore {
     held: null,
     isMeasuring: false,
     hasFailed: false,
+    isPaired: false,
     isNarrow: narrowScreen.matches,
     startSeconds: settings.timeSeconds,
     waiting: NOTHING_WAITS,
@@ -126,7 +129,20 @@ export function isMoved(state: Readonly<State>): boolean {
 
 /** How many bodies the picture has side by side. */
 export function bodyCount(state: Readonly<State>): number {
+  if (state.isPaired) return 1;
   return state.shownLayout === "side" && aloneOf(state) === null ? state.shown.length : 1;
+}
+
+/** Whether the left canvas and the right one show an actor each: under a divider, or close by. */
+export function hasTwoPictures(state: Readonly<State>): boolean {
+  return isDivided(state) || state.isPaired;
+}
+
+/** Whether these settings need the core that runs any network and reads motion files. */
+export function needsWholeCore(
+  state: Readonly<Settings & Pick<Session, "isNarrow" | "file">>,
+): boolean {
+  return state.file !== null || wantedActors(state).some(({ kind }) => isMethod(kind));
 }
 
 /** Whether two actors are left and right of a divider. */

@@ -8,7 +8,7 @@ import { OrbitCamera } from "./orbit.js";
 /** Vertical angle of view, in radians. */
 const FOV_Y_RADIANS = 0.6;
 /** Widths over heights of a picture in which one body has room, and what each further one needs. */
-const ASPECT = { one: 0.62, close: 0.78, row: 0.62, further: 0.4 };
+const ASPECT = { one: 0.62, close: 0.78, row: 0.68, further: 0.42 };
 /** The panel with its margin: `--panel` in base.css and one gap. */
 const PANEL_WIDTH_PX = { usual: 348, short: 288 };
 /** Plots and timings, or the narrower caption, with their margins. */
@@ -16,6 +16,8 @@ const READINGS_WIDTH_PX = { usual: 302, caption: 248 };
 const SHEET_HEIGHT_PX = 160;
 /** What the caption takes below the bodies of a phone; one that is low shows less of it. */
 const SHEET_CAPTION_PX = { tall: 120, low: 70 };
+/** Title and names of a phone that shows plots. */
+const PLOTS_TITLE_PX = 92;
 const tallScreen = matchMedia("(min-height: 741px)");
 /** Title with names, and the playback bar: low pictures have no room for a body behind them. */
 const SHORT_COVERED_PX = { top: 96, bottom: 70 };
@@ -25,7 +27,8 @@ const SHORT_BODY = 0.72;
 /** What the story's text and chapters cover: a body close by fills the picture, but for a phone's. */
 function storyCoveredPixels(chapter: string): { top: number; right: number; bottom: number } {
   if (narrowScreen.matches) return { top: 70, right: 0, bottom: 230 };
-  if (chapter === "bodies") return { top: 40, right: 0, bottom: shortScreen.matches ? 100 : 190 };
+  // Arms reach to the left: the row stands a little to the right.
+  if (chapter === "bodies") return { top: 40, right: -40, bottom: shortScreen.matches ? 100 : 190 };
   return { top: 0, right: 0, bottom: chapter === "grab" ? 60 : 0 };
 }
 
@@ -36,6 +39,10 @@ export function coveredPixels(): { top: number; right: number; bottom: number } 
   if (narrowScreen.matches) {
     const caption = tallScreen.matches ? SHEET_CAPTION_PX.tall : SHEET_CAPTION_PX.low;
     const isShown = byId("caption").checkVisibility();
+    if (!isShown && byId("readings").offsetHeight > 0) {
+      const { top } = byId("readings").getBoundingClientRect();
+      return { top: PLOTS_TITLE_PX, right: 0, bottom: innerHeight - top };
+    }
     return { top: 0, right: 0, bottom: SHEET_HEIGHT_PX + (isShown ? caption : 0) };
   }
   return shortScreen.matches
@@ -63,6 +70,8 @@ export class View {
   #sculpture = true;
   /** Share of the canvas, from its left edge, that shows the left actor. */
   #leftShare = 0;
+  /** Whether the left actor and the right one have a camera each, in the middle of their halves. */
+  #isPaired = false;
   /** Everything the last picture depended on, apart from the bodies. */
   #drawn = "";
 
@@ -147,6 +156,24 @@ export class View {
     this.#drawn = "";
   }
 
+  /** Whether the canvas of the left actor is there. */
+  get hasLeft(): boolean {
+    return this.#left !== null;
+  }
+
+  /** Gives the actors left and right a camera each, in the middle of their halves, or one in the middle of all. */
+  setPaired(isPaired: boolean): void {
+    this.#isPaired = isPaired;
+    this.#drawn = "";
+  }
+
+  /** How far from the middle of the picture an actor stands whose camera is its own, in pixels to the right. */
+  asidePx(side: "left" | "right"): number {
+    if (!this.#isPaired) return 0;
+    const quarter = (this.#main.canvas.clientWidth - coveredPixels().right) / 4;
+    return side === "left" ? -quarter : quarter;
+  }
+
   /** Gives the left actor a share of the canvas, from its left edge. */
   setLeftShare(share: number): void {
     this.#leftShare = share;
@@ -181,12 +208,18 @@ export class View {
     this.#drawn = "";
   }
 
-  /** Draws. */
-  draw(): void {
+  /** Draws, a picture that will stand with all pixels. */
+  draw(stands = false): void {
     this.#drawn = this.#state;
-    const camera = this.#camera;
-    if (this.#leftShare < 1 || !this.#left) this.#main.draw(camera);
-    if (this.#leftShare > 0) this.#left?.draw(camera);
+    if (this.#leftShare < 1 || !this.#left) {
+      this.#main.draw(this.#cameraAside(this.asidePx("right")), stands);
+    }
+    if (this.#leftShare > 0) this.#left?.draw(this.#cameraAside(this.asidePx("left")), stands);
+  }
+
+  /** Whether pixels were left out of the last picture. */
+  get isCoarse(): boolean {
+    return this.#main.renderer.resolutionScale < 1;
   }
 
   /**
@@ -233,14 +266,20 @@ export class View {
   }
 
   get #camera(): Camera {
+    return this.#cameraAside(0);
+  }
+
+  /** The camera whose target is so many pixels right of the middle of what is free. */
+  #cameraAside(asidePx: number): Camera {
     const fovYRadians = FOV_Y_RADIANS;
     this.camera.retreat = this.#retreat;
     // Pixels of the canvas to metres at the body.
     const height = Math.max(1, this.#main.canvas.clientHeight);
     const metresPerPixel = (2 * this.camera.reachM * Math.tan(fovYRadians / 2)) / height;
     const { top, right, bottom } = coveredPixels();
+    const left = this.#isPaired ? 0 : this.coveredLeftPx;
     const shift = this.camera.shiftM(
-      ((right - this.#coveredLeftPx) / 2) * metresPerPixel,
+      ((right - left) / 2 - asidePx) * metresPerPixel,
       ((top - bottom) / 2) * metresPerPixel,
     );
     return {
@@ -251,18 +290,21 @@ export class View {
   }
 
   /** What plots, timings and the caption cover of a row of actors. */
-  get #coveredLeftPx(): number {
-    if (this.#main.bodies.length < 2 || narrowScreen.matches) return 0;
+  get coveredLeftPx(): number {
+    const isRow = this.#isPaired || this.#main.bodies.length > 1;
+    if (!isRow || narrowScreen.matches || document.documentElement.dataset.chapter !== "lab")
+      return 0;
     if (!byId("plots").hidden || !byId("hud").hidden) return READINGS_WIDTH_PX.usual;
-    return byId("caption").hidden ? 0 : READINGS_WIDTH_PX.caption;
+    return byId("caption").checkVisibility() ? READINGS_WIDTH_PX.caption : 0;
   }
 
   /** How much further away the camera must be for all actors to fit the width that is free. */
   get #retreat(): number {
     const { clientWidth, clientHeight } = this.#main.canvas;
-    const further = Math.max(0, this.#main.bodies.length - 1);
+    const further = this.#isPaired ? 1 : Math.max(0, this.#main.bodies.length - 1);
     // One body may stand partly behind the panel's edge; a row may not.
-    const covered = further > 0 ? coveredPixels().right + this.#coveredLeftPx : 0;
+    const covered =
+      further > 0 ? coveredPixels().right + (this.#isPaired ? 0 : this.coveredLeftPx) : 0;
     const aspect = Math.max(1, clientWidth - covered) / Math.max(1, clientHeight);
     const wanted =
       further > 0

@@ -1,6 +1,6 @@
 import { byId } from "./dom.js";
 import { bindHold } from "./hold.js";
-import { isDivided, type PageStore } from "./state.js";
+import { hasTwoPictures, isDivided, type PageStore } from "./state.js";
 import { coveredPixels } from "./view.js";
 
 const KEY_STEP = 0.02;
@@ -51,9 +51,13 @@ export class Wipe {
     const percent = Math.round(free * 100);
     this.#divider.setAttribute("aria-valuenow", `${percent}`);
     this.#divider.setAttribute("aria-valuetext", `${percent} % of the picture is the left actor`);
+    const { state } = this.#store;
+    document.documentElement.classList.toggle("paired", state.isPaired);
+    const seam = state.isPaired ? this.#freeWidthPx / 2 : x;
+    document.documentElement.style.setProperty("--seam", `${seam.toFixed(1)}px`);
     // What the panel covers belongs to the side that is shown alone.
-    const share = held === "left" ? 1 : x / innerWidth;
-    this.#setLeftShare(isOn ? share : 0);
+    const share = isOn && held === "left" ? 1 : seam / innerWidth;
+    this.#setLeftShare(hasTwoPictures(state) ? share : 0);
   }
 
   #move(split: number): void {

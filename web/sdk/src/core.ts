@@ -30,12 +30,20 @@ export class Core extends Instance {
   }
 }
 
-let starting: { core: Promise<Core>; source: WasmSource | undefined; own: Glue } | null = null;
+/** A core that runs or starts, and what it was started from. */
+interface Started {
+  core: Promise<Core>;
+  source: WasmSource | undefined;
+}
+
+/** The cores of this page, by what was generated with them: at most the whole one and the slim one. */
+const cores = new Map<Glue, Started>();
 
 /**
- * Starts the core once; calls that come while it starts, or later, share it. A start that failed
- * may be tried again, and after a crash a new one starts. Another `source` than that of the core that runs is compiled all the same: a
- * file that cannot be used must not go unnoticed because of what happened to be loaded before.
+ * Starts a core once; calls that come while it starts, or later, share it. The whole core stands in for a slim one that
+ * has not started, because it plays the same. A start that failed may be tried again, and after a crash a new one
+ * starts. Another `source` than that of the core that runs is compiled all the same: a file that cannot be used must
+ * not go unnoticed because of what happened to be loaded before.
  *
  * @param own - what was generated with `source`
  * @internal
@@ -45,22 +53,27 @@ export async function startCore(
   onProgress?: (loadedBytes: number, totalBytes: number) => void,
   own: Glue = glue,
 ): Promise<Core> {
-  if (starting && source !== undefined && !isSame(source, starting.source)) {
+  const kind = cores.has(own) || !cores.has(glue) ? own : glue;
+  const running = cores.get(kind);
+  if (running && source !== undefined && !isSame(source, running.source)) {
     await compile(source, { what: WHAT, onProgress });
   }
-  if (!starting) {
-    const core = start(source, onProgress, own);
-    starting = { core, source, own };
-    core.catch(() => {
-      starting = null;
-    });
-  }
-  const shared = starting;
+  const shared = cores.get(kind) ?? begin(kind, start(source, onProgress, kind), source);
   const core = await shared.core;
   if (!core.crash) return core;
   // Of several calls the first starts it.
-  if (starting === shared) starting = { ...shared, core: restart(core.crash, shared.own) };
-  return starting?.core ?? startCore(source, onProgress, own);
+  if (cores.get(kind) === shared) begin(kind, restart(core.crash, kind), shared.source);
+  return cores.get(kind)?.core ?? startCore(source, onProgress, own);
+}
+
+/** Takes note of a core that starts, for as long as it has not failed. */
+function begin(kind: Glue, core: Promise<Core>, source: WasmSource | undefined): Started {
+  const started = { core, source };
+  cores.set(kind, started);
+  core.catch(() => {
+    if (cores.get(kind) === started) cores.delete(kind);
+  });
+  return started;
 }
 
 /** The same file anew, with a memory of its own. Objects of the one before cannot be used with it. */
@@ -71,7 +84,6 @@ async function restart(crash: DynaSkinError, own: Glue): Promise<Core> {
     const { memory } = own.initSync({ module: new Uint8Array() });
     return new Core(own, memory, crash);
   } catch (cause) {
-    starting = null;
     throw new DynaSkinError(
       "wasm",
       "The dynaskin core crashed and could not be started again; reload the page.",

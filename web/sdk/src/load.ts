@@ -45,7 +45,7 @@ export interface LoadOptions {
    */
   body?: Body;
   /**
-   * The WebAssembly file, where the bundler cannot find it beside this module. A page has one core:
+   * The WebAssembly file, where the bundler cannot find it beside this module. A page has one core of an entry:
    * the first that started. Another file given later is compiled, so that a bad one is reported, and
    * then not needed.
    */
@@ -133,6 +133,7 @@ export async function loadForm(
   for (const download of [body, predictor, decoder]) download?.catch(() => {});
 
   const core = await starting;
+  if (shared) checkCore(shared, core);
   const loadedBody =
     shared ?? makeBody(core, bundle, bundleBytes, await (body as typeof predictor));
   try {
@@ -163,6 +164,16 @@ function checkBody(body: Body, bundle: Bundle): void {
     "bundle",
     `The networks of "${bundle.name}" are for another body than the one given: bundle.json expects ` +
       `SHA-256 ${bundle.body.sha256}, the body's is ${body.sha256}.`,
+  );
+}
+
+/** A page may have the whole core and the slim one: what one of them made is nothing to the other. */
+function checkCore(body: Body, core: Core): void {
+  if (body.core.glue === core.glue) return;
+  throw new DynaSkinError(
+    "argument",
+    "The body given is of another core: one of dynaskin and dynaskin/slim loaded it, the other loads these networks. " +
+      "Load both through the same entry.",
   );
 }
 

@@ -59,6 +59,11 @@ export class Body {
   }
 
   /** @internal */
+  get core(): Core {
+    return this.#core;
+  }
+
+  /** @internal */
   get raw(): CoreBody {
     if (this.#raw) {
       this.#core.assertSound();

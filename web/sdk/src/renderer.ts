@@ -26,7 +26,8 @@ export interface RendererOptions {
   onProgress?: (progress: Progress) => void;
   /**
    * Draws fewer pixels (down to half the width and height) while pictures come slower than 48 a second,
-   * and all again when they are in time; off by default. For pages that draw in every animation frame.
+   * and all again when they are in time; where the browser draws without a graphics card, it begins with
+   * fewer. Off by default. For pages that draw in every animation frame.
    */
   adaptiveResolution?: boolean;
 }
@@ -86,6 +87,9 @@ async function start({ wasm, onProgress }: RendererOptions): Promise<void> {
   await glue.default({ module_or_path: module });
 }
 
+/** What browsers call graphics without a graphics card. */
+const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
+
 /**
  * Starts drawing to a canvas, which then belongs to the renderer.
  *
@@ -97,9 +101,12 @@ export async function createRenderer(
   options: RendererOptions = {},
 ): Promise<Renderer> {
   await startGlue(options);
-  const backend = options.backend ?? "auto";
-  const resolution = options.adaptiveResolution ? new AdaptiveResolution() : null;
-  return new Renderer(canvas, await createRaw(canvas, backend), resolution);
+  const raw = await createRaw(canvas, options.backend ?? "auto");
+  const isSoftware = SOFTWARE.test(raw.adapter);
+  const resolution = options.adaptiveResolution
+    ? new AdaptiveResolution(undefined, undefined, isSoftware)
+    : null;
+  return new Renderer(canvas, raw, resolution);
 }
 
 async function createRaw(
@@ -180,6 +187,8 @@ export class Renderer {
   readonly adapter: string;
   readonly #canvas: HTMLCanvasElement;
   readonly #resolution: AdaptiveResolution | null;
+  /** Whether the last picture was one that stands. */
+  #hasAllPixels = false;
   /** @internal The WebAssembly that draws. */
   readonly wasm = instance;
   /** Null while nothing can be drawn: after a loss or {@link dispose}. */
@@ -332,10 +341,10 @@ export class Renderer {
 
   /**
    * What the pixel ratio is multiplied by at present, 0.5 to 1; always 1 without
-   * {@link RendererOptions.adaptiveResolution}.
+   * {@link RendererOptions.adaptiveResolution}, and in a picture with all pixels.
    */
   get resolutionScale(): number {
-    return this.#resolution?.scale ?? 1;
+    return this.#hasAllPixels ? 1 : (this.#resolution?.scale ?? 1);
   }
 
   /** Sets the size of canvas and picture: CSS pixels times `pixelRatio` (times {@link resolutionScale}). */
@@ -347,12 +356,17 @@ export class Renderer {
 
   /**
    * Draws one picture. Returns whether it was drawn: a hidden page and a lost graphics card draw
-   * none, which is no error.
+   * none, which is no error. `allPixels` draws one that will stand with all of its pixels, whatever
+   * {@link RendererOptions.adaptiveResolution} has come to.
    */
-  render(): boolean {
+  render({ allPixels = false }: { allPixels?: boolean } = {}): boolean {
     const { raw } = this;
     // Before drawing, because a canvas that changes its size is empty.
-    if (raw && this.#resolution?.frame(performance.now()) && this.#size) this.resize(...this.#size);
+    const isChanged = !allPixels && (this.#resolution?.frame(performance.now()) ?? false);
+    if (raw && this.#size && (isChanged || allPixels !== this.#hasAllPixels)) {
+      this.#hasAllPixels = allPixels;
+      this.resize(...this.#size);
+    }
     try {
       return this.wasm.guard(() => raw?.render() ?? false);
     } catch (error) {

@@ -5,10 +5,14 @@ import { Renderer } from "../dist/renderer.js";
 
 /** A screen whose frames take `frameMs(scale)` milliseconds, played for some seconds. */
 class Screen {
-  readonly resolution = new AdaptiveResolution(60, 0.5);
+  readonly resolution: AdaptiveResolution;
   /** Every change: when, and to which scale. */
   readonly changes: { atMs: number; scale: number }[] = [];
   nowMs = 0;
+
+  constructor(isDrawnInSoftware = false) {
+    this.resolution = new AdaptiveResolution(60, 0.5, isDrawnInSoftware);
+  }
 
   play(seconds: number, frameMs: (scale: number) => number): void {
     const endMs = this.nowMs + seconds * 1000;
@@ -47,6 +51,23 @@ describe("adaptive resolution", () => {
     const screen = new Screen();
     screen.play(8, card(450));
     expect(screen.resolution.scale).toBe(0.5);
+  });
+
+  it("helps where a picture takes longer than a second, and takes one pause for a pause", () => {
+    const screen = new Screen();
+    screen.play(1, card(10));
+    screen.play(1, () => 1500);
+    screen.play(1, card(10));
+    expect(screen.changes).toEqual([]);
+    screen.play(12, card(1500));
+    expect(screen.resolution.scale).toBe(0.5);
+  });
+
+  it("begins with few pixels where the processor draws, and has all once it is in time", () => {
+    const screen = new Screen(true);
+    expect(screen.resolution.scale).toBe(0.5);
+    screen.play(30, card(10));
+    expect(screen.resolution.scale).toBe(1);
   });
 
   it("comes back to all pixels when the load goes", () => {
@@ -94,8 +115,8 @@ describe("adaptive resolution", () => {
 describe("the renderer with adaptive resolution", () => {
   afterEach(() => vi.restoreAllMocks());
 
-  /** What reaches the graphics card when frames take 40 ms, then 5. */
-  function sizesAndPictures(resolution: AdaptiveResolution | null): string[] {
+  /** A renderer whose sizes and pictures are written down. */
+  function recorded(resolution: AdaptiveResolution | null): [renderer: Renderer, calls: string[]] {
     const calls: string[] = [];
     const raw = {
       backend: "webgl2",
@@ -104,12 +125,18 @@ describe("the renderer with adaptive resolution", () => {
       resize: (...size: number[]) => calls.push(size.map((value) => value.toFixed(2)).join(" ")),
       render: () => calls.push("drawn") > 0,
     };
-    let nowMs = 0;
-    vi.spyOn(performance, "now").mockImplementation(() => nowMs);
     // Pages make one with createRenderer; its types hide the constructor.
     const Constructor = Renderer as unknown as new (...parts: unknown[]) => Renderer;
     const renderer = new Constructor(new EventTarget(), raw, resolution);
     renderer.resize(640, 480, 2);
+    return [renderer, calls];
+  }
+
+  /** What reaches the graphics card when frames take 40 ms, then 5. */
+  function sizesAndPictures(resolution: AdaptiveResolution | null): string[] {
+    let nowMs = 0;
+    vi.spyOn(performance, "now").mockImplementation(() => nowMs);
+    const [renderer, calls] = recorded(resolution);
     for (let frame = 0; frame < 2000; frame += 1) {
       nowMs += Math.max(16, (frame < 200 ? 40 : 5) * renderer.resolutionScale ** 2);
       renderer.render();
@@ -126,6 +153,14 @@ describe("the renderer with adaptive resolution", () => {
     for (const [idx, call] of calls.entries()) {
       if (call !== "drawn") expect(calls[idx + 1]).toBe("drawn");
     }
+  });
+
+  it("draws a picture that stands with all pixels, and the next ones as before", () => {
+    const [renderer, calls] = recorded(new AdaptiveResolution(60, 0.5, true));
+    expect(renderer.resolutionScale).toBe(0.5);
+    for (const allPixels of [false, true, true, false]) renderer.render({ allPixels });
+    const [few, all] = ["640.00 480.00 1.00", "640.00 480.00 2.00"];
+    expect(calls).toEqual([few, "drawn", all, "drawn", "drawn", few, "drawn"]);
   });
 
   it("leaves the size alone where it is off", () => {

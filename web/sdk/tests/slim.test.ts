@@ -2,6 +2,7 @@
 import { execFile } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { promisify } from "node:util";
+import { load as loadWhole } from "dynaskin";
 import * as sdk from "dynaskin/slim";
 import { load } from "dynaskin/slim";
 import { describe, expect, it } from "vitest";
@@ -91,6 +92,25 @@ describe("dynaskin/slim", () => {
     };
     const error = await expectError("bundle", () => load({ model: files }));
     expect(error.message).toContain("names no lowered networks");
+  });
+
+  it("has the whole core beside it, once that is asked for", async () => {
+    const slim = await load({ model: modelFolder() });
+    await expectError("argument", () => loadWhole({ model: modelFolder(), body: slim.body }));
+    const whole = await loadWhole({ model: modelFolder() });
+    const bytes = new TextEncoder().encode("HIERARCHY");
+    const error = await expectError("motion", () =>
+      sdk.Motion.fromBvh(bytes, whole.createAvatar()),
+    );
+    expect(error.message).not.toContain("readMotion");
+    const [one, other] = [slim.createAvatar(), whole.createAvatar()];
+    const motion = sdk.Motion.procedural("hop", one);
+    for (let tick = 0; tick < 120; tick += 1) {
+      for (const avatar of [one, other]) avatar.step(motion.poseAt(1 + tick / 60), 1 / 60);
+    }
+    expect(Math.max(...one.offsets)).toBeGreaterThan(1e-3);
+    expect(other.offsets).toEqual(one.offsets);
+    for (const model of [slim, whole]) model.dispose();
   });
 
   it("says of motion files that they are not read here", async () => {

@@ -1,4 +1,4 @@
-/** Longer pauses are a hidden tab or a still picture, not a slow one. */
+/** A longer pause is a hidden tab or a still picture, not a slow one; two in a row are slow pictures. */
 const LONGEST_INTERVAL_MS = 1_000;
 /** Frames that are judged together, by their median: one stall says nothing. */
 const WINDOW_FRAMES = 30;
@@ -28,6 +28,8 @@ export class AdaptiveResolution {
   #scale = 1;
   #beforeMs: number | null = null;
   #intervalsMs: number[] = [];
+  /** Whether the interval before was longer than {@link LONGEST_INTERVAL_MS}. */
+  #pausedBefore = false;
   #changedMs = 0;
   #waitMs = FIRST_WAIT_MS;
   #lastWasUp = false;
@@ -36,10 +38,14 @@ export class AdaptiveResolution {
   /** Until then fewer pixels are not tried, since they did not help. */
   #givenUpUntilMs = Number.NEGATIVE_INFINITY;
 
-  /** Aims at so many frames a second and goes down to `leastScale` times the pixel ratio. */
-  constructor(framesPerSecond = 60, leastScale = 0.5) {
+  /**
+   * Aims at so many frames a second and goes down to `leastScale` times the pixel ratio. It begins there where the
+   * processor draws: the first pictures would otherwise take the longest of all.
+   */
+  constructor(framesPerSecond = 60, leastScale = 0.5, isDrawnInSoftware = false) {
     this.#aimMs = 1000 / framesPerSecond;
     this.#leastScale = leastScale;
+    if (isDrawnInSoftware) this.#scale = leastScale;
   }
 
   /** What to multiply the pixel ratio by, `leastScale` to 1. */
@@ -52,14 +58,18 @@ export class AdaptiveResolution {
     const intervalMs = this.#beforeMs === null ? null : nowMs - this.#beforeMs;
     this.#beforeMs = nowMs;
     if (intervalMs === null) return false;
-    if (intervalMs > LONGEST_INTERVAL_MS) {
+    const isPause = intervalMs > LONGEST_INTERVAL_MS;
+    const isSlow = isPause && this.#pausedBefore;
+    this.#pausedBefore = isPause;
+    if (isPause && !isSlow) {
       this.#intervalsMs = [];
       return false;
     }
     this.#intervalsMs.push(intervalMs);
     const count = this.#intervalsMs.length;
     const sumMs = this.#intervalsMs.reduce((sum, value) => sum + value, 0);
-    const isFull = count >= WINDOW_FRAMES || (count >= LEAST_FRAMES && sumMs >= WINDOW_MS);
+    const isFull =
+      count >= WINDOW_FRAMES || (count >= LEAST_FRAMES && sumMs >= WINDOW_MS) || isSlow;
     if (!isFull) return false;
     const sorted = this.#intervalsMs.sort((a, b) => a - b);
     const medianMs = sorted[Math.floor(count / 2)] ?? 0;

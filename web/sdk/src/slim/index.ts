@@ -14,8 +14,9 @@ export * from "../index.js";
 
 /**
  * Loads a model as the main entry's `load` does, with the lowered networks that `bundle.json` names;
- * of {@link ModelFiles}, `predictor` and `decoder` are the lowered files. A page has one core: after the
- * main entry's `load`, this one uses that core, which plays both kinds of files.
+ * of {@link ModelFiles}, `predictor` and `decoder` are the lowered files. After the main entry's `load`, this one uses
+ * that core, which plays both kinds of files; a main entry's `load` that comes later starts the whole core beside this
+ * one.
  *
  * @throws DynaSkinError as `load` of the main entry; `bundle` where the bundle names no lowered networks,
  *   `network` for an ONNX file and for files of another version of dynaskin
