@@ -84,8 +84,15 @@ test("two actors share motion and clock under a divider", async ({ reused: page 
     await actor(page, "Left").selectOption({ label: "Spring bones" });
     await expect.poll(() => largestMm(page, "leftAvatar")).toBeGreaterThan(5);
     expect(fetched.some((path) => path.endsWith("/methods/spring-bones/decoder.onnx"))).toBe(true);
-    expect(fetched.some((path) => path.endsWith("body.glb"))).toBe(false);
     await expect(page.locator("#about-text")).toContainText("damped springs");
+    // The first one brings the whole core, which reads the body anew; further ones bring themselves.
+    fetched.length = 0;
+    await actor(page, "Left").selectOption({ label: "Dyna / DMPL" });
+    await expect.poll(() => fetched.some((path) => path.includes("/methods/"))).toBe(true);
+    await expect(page.locator("#name-left")).toContainText("Dyna / DMPL");
+    expect(fetched.filter((path) => /body\.glb|\.wasm$/.test(path))).toEqual([]);
+    await actor(page, "Left").selectOption({ label: "Spring bones" });
+    await expect(page.locator("#name-left")).toContainText("Spring bones");
     await page.getByRole("button", { name: "Swap sides" }).click();
     await expect(page.locator("#name-right")).toContainText("Spring bones");
     expect(page.url()).toMatch(/left=dynaskin.*right=spring-bones/);
