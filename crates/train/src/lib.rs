@@ -20,15 +20,17 @@ mod normaliser;
 mod pca;
 mod sample;
 mod settings;
+mod sources;
 mod split;
 
 pub use checkpoint::{Checkpoint, EpochRecord};
 pub use compute::Compute;
 pub use data::{ClipEntry, DataSet, Tissue, features_of, motion_features, motion_of, offsets_of};
 pub use dynaskin::{
-    Block, BlockBasis, BlockSize, Build, Compliance, Locality, Part, Predictor, PredictorData,
-    PredictorInputs, PredictorSizes, PredictorState, Prepared, Sequence, Spin, Thickness,
-    TissueMeasure, TrainConfig, decoder_onnx, partition, predictor_onnx, prepare, train,
+    Block, BlockBasis, BlockSize, Build, Compliance, Locality, LocalityMirror, Part, Predictor,
+    PredictorData, PredictorInputs, PredictorSizes, PredictorState, Prepared, Sequence,
+    SignedPermutation, Spin, Thickness, TissueMeasure, TrainConfig, Units, decoder_onnx, partition,
+    predictor_onnx, prepare, train,
 };
 pub use dynaskin_onnx::Precision;
 pub use epochs::{Course, EpochRun, PATIENCE_EPOCHS, Schedule, Validation, part};

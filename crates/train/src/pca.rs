@@ -87,6 +87,41 @@ impl Basis {
         }
     }
 
+    /// The same directions, each through `map`, which must be linear and keep lengths and angles.
+    #[must_use]
+    pub fn mapped(&self, map: impl Fn(&[f32], &mut [f32])) -> Self {
+        let mut directions = self.directions.clone();
+        for (from, mut to) in self
+            .directions
+            .column_iter()
+            .zip(directions.column_iter_mut())
+        {
+            map(from.as_slice(), to.as_mut_slice());
+        }
+        Self {
+            transposed: directions.transpose(),
+            directions,
+            deviation_m: self.deviation_m.clone(),
+        }
+    }
+
+    /// The directions of two bases that are orthogonal to each other, largest variance first.
+    #[must_use]
+    pub fn merged(&self, other: &Self) -> Self {
+        let all = self.directions.column_iter().zip(&self.deviation_m);
+        let mut all: Vec<_> = all
+            .chain(other.directions.column_iter().zip(&other.deviation_m))
+            .collect();
+        all.sort_by(|a, b| b.1.total_cmp(a.1));
+        let (columns, deviation_m): (Vec<_>, Vec<f32>) = all.into_iter().unzip();
+        let directions = DMatrix::from_columns(&columns);
+        Self {
+            transposed: directions.transpose(),
+            directions,
+            deviation_m,
+        }
+    }
+
     /// Number of components.
     pub fn components(&self) -> usize {
         self.directions.ncols()

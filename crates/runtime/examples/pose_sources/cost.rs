@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Result;
 use dynaskin_runtime::{Avatar, Model, PoseSource};
 
-use crate::source::Frame;
+use dynaskin_pose_sources::Frame;
 
 /// Steps that are timed together.
 const BLOCK: usize = 20;

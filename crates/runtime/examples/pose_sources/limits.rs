@@ -7,7 +7,7 @@ use dynaskin_body::{JOINT_COUNT, Pose};
 use dynaskin_conditioning::{Conditioner, SNAP_TURN_RAD_S, Suddenness};
 use glam::Vec3;
 
-use crate::truth::Truth;
+use crate::truths;
 
 const RATES_HZ: [f64; 6] = [24.0, 30.0, 60.0, 72.0, 90.0, 120.0];
 
@@ -30,7 +30,7 @@ pub fn print(clips: &[PathBuf], joints_rest_m: &[Vec3; JOINT_COUNT]) -> Result<(
         ..Most::default()
     }; RATES_HZ.len()];
     for path in clips {
-        let truth = Truth::capture(path, joints_rest_m, f64::INFINITY)?;
+        let truth = truths::capture(path, joints_rest_m, f64::INFINITY)?;
         for (rate, most) in RATES_HZ.into_iter().zip(&mut most) {
             let poses: Vec<Pose> = (0..(truth.seconds * rate) as usize)
                 .map(|frame| truth.at(frame as f64 / rate))

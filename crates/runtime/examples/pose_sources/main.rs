@@ -9,9 +9,8 @@
 mod cost;
 mod limits;
 mod measure;
-mod source;
 mod table;
-mod truth;
+mod truths;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,9 +19,9 @@ use anyhow::{Context, Result, bail};
 use dynaskin_motion::ProceduralKind;
 use dynaskin_runtime::{Avatar, Model, PoseSource};
 
+use dynaskin_pose_sources::Truth;
 use measure::{Played, Reference, played};
 use table::{Row, SOURCES};
-use truth::Truth;
 
 /// Of the procedural motions, those that the networks did not learn from.
 const UNSEEN: [ProceduralKind; 3] = [
@@ -129,19 +128,22 @@ fn main() -> Result<()> {
     }
     let mut motions = Vec::new();
     for path in &options.clips {
-        motions.push((true, Truth::capture(path, &joints_rest_m, options.seconds)?));
+        motions.push((
+            true,
+            truths::capture(path, &joints_rest_m, options.seconds)?,
+        ));
     }
     for kind in UNSEEN {
         motions.push((
             false,
-            Truth::procedural(kind, &joints_rest_m, options.seconds)?,
+            truths::procedural(kind, &joints_rest_m, options.seconds)?,
         ));
     }
     let references = motions
         .iter()
         .map(|(_, truth)| Reference::new(&model, truth));
     let references: Vec<Reference> = references.collect::<Result<_>>()?;
-    let standing = Truth::standing(&joints_rest_m, 2.0 * options.seconds)?;
+    let standing = truths::standing(&joints_rest_m, 2.0 * options.seconds)?;
     let clips: Vec<String> = motions
         .iter()
         .map(|(_, truth)| format!("{} ({:.1} s)", truth.name, truth.seconds))

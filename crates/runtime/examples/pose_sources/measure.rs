@@ -5,8 +5,8 @@ use std::sync::Arc;
 use anyhow::Result;
 use dynaskin_runtime::{Avatar, Model, PoseSource, Settled};
 
-use crate::source::Frame;
-use crate::truth::Truth;
+use dynaskin_pose_sources::Frame;
+use dynaskin_pose_sources::Truth;
 
 /// Runs of the reference, which stand this part of a tick apart.
 const PHASES: usize = 4;

@@ -5,7 +5,7 @@ use std::fmt;
 use dynaskin_runtime::PoseSource;
 
 use crate::measure::Played;
-use crate::source::{Made, Noise, Source, Steps};
+use dynaskin_pose_sources::{Made, Noise, Source, Steps};
 
 /// What is aimed at under the preset that suits the source.
 #[derive(Clone, Copy)]

@@ -8,12 +8,15 @@
 use dynaskin_body::{BodyModel, REGION_COUNT, Region};
 use nalgebra::DMatrix;
 
+use super::symmetry::SignedPermutation;
 use crate::TrainError;
 use crate::mirror::Mirror;
 use crate::pca::Basis;
 
 /// Most components of one block.
 const MOST_COMPONENTS: usize = 64;
+/// Components of a block that is its own mirror image deviate by this share of the largest or are left out.
+const LEAST_SHARE: f32 = 1e-3;
 /// A vertex this close to the plane x = 0 lies on it, in metres.
 const MIDLINE_M: f32 = 1e-3;
 /// Name of the block that lies on both sides.
@@ -101,7 +104,9 @@ fn region_of(model: &BodyModel, vertex: usize, x_m: f32) -> Option<Region> {
 impl BlockBasis {
     /// Bases of at most `components` directions together, from `sample` (one frame of offsets in
     /// metres a row) and the parts that [`partition`] gives. The directions go where they lower
-    /// the mean vertex error most; left and right get as many.
+    /// the mean vertex error most; left and right get as many. With a `mirror`, of a sample that holds each
+    /// frame's mirror image, the right blocks' directions are the mirror images of the left blocks', and
+    /// those of the block on the midline are even or odd.
     ///
     /// # Errors
     /// [`TrainError::Config`] where there are fewer components than blocks, or frames;
@@ -111,6 +116,7 @@ impl BlockBasis {
         parts: Vec<Part>,
         components: usize,
         seed: u64,
+        mirror: Option<&Mirror>,
     ) -> Result<Self, TrainError> {
         if components < parts.len() {
             return Err(TrainError::Config {
@@ -119,7 +125,7 @@ impl BlockBasis {
                 expected: format!("at least {}, one for each block", parts.len()),
             });
         }
-        let mut blocks = Vec::new();
+        let mut blocks: Vec<Block> = Vec::new();
         let mut variances = Vec::new();
         for part in parts {
             let columns = part
@@ -131,7 +137,17 @@ impl BlockBasis {
             let frames = of_block.nrows().max(1) as f32;
             variances.push(of_block.norm_squared() / frames);
             let most = MOST_COMPONENTS.min(of_block.nrows()).min(of_block.ncols());
-            let basis = Basis::fit(&of_block, most.min(components), seed)?;
+            let most = most.min(components);
+            let across = |from: &[usize]| Across::between(from, &part.slots, mirror?);
+            let other = blocks.iter().find_map(|block| {
+                let across = across(&block.slots)?;
+                Some(block.basis.mapped(|from, to| across.apply(from, to)))
+            });
+            let basis = match (other, across(&part.slots)) {
+                (Some(other), _) => other,
+                (None, Some(across)) => even_and_odd(&of_block, &across, most, seed)?,
+                (None, None) => Basis::fit(&of_block, most, seed)?,
+            };
             blocks.push(Block {
                 name: part.name,
                 region: part.region,
@@ -204,9 +220,30 @@ impl BlockBasis {
         latents
     }
 
+    /// What a mirror image does to blocks and latents, for a basis that was fitted with this `mirror`.
+    pub fn mirrored(&self, mirror: &Mirror) -> (Vec<usize>, SignedPermutation) {
+        let induced = self.induced(|from, to| mirror.apply(from, to));
+        let rows = induced.chunks_exact(self.components().max(1));
+        let (partner, sign) = rows
+            .map(|row| {
+                let largest = (0..row.len()).max_by(|a, b| row[*a].abs().total_cmp(&row[*b].abs()));
+                let partner = largest.unwrap_or(0);
+                debug_assert!((row[partner].abs() - 1.0).abs() < 1e-2, "{}", row[partner]);
+                (partner, row[partner].signum())
+            })
+            .unzip();
+        let of_blocks = self.blocks.iter().map(|block| {
+            let images =
+                |other: &Block| Across::between(&block.slots, &other.slots, mirror).is_some();
+            // A basis fitted with the mirror has the image of every block.
+            self.blocks.iter().position(images).unwrap_or(0)
+        });
+        (of_blocks.collect(), SignedPermutation { partner, sign })
+    }
+
     /// What a linear map of offset fields does to latents, `[component][component]` row-major, as
     /// [`Basis::induced`]: exact where the map keeps the subspace.
-    pub fn induced(&self, map: impl Fn(&[f32], &mut [f32])) -> Vec<f32> {
+    fn induced(&self, map: impl Fn(&[f32], &mut [f32])) -> Vec<f32> {
         let mut induced = Vec::with_capacity(self.components() * self.components());
         let mut mapped = vec![0.0; self.coordinates];
         for block in &self.blocks {
@@ -231,6 +268,65 @@ impl BlockBasis {
         }
         places
     }
+}
+
+/// From one block to its mirror image.
+struct Across {
+    /// For each slot of the image, the place of its partner among the slots of the block.
+    places: Vec<usize>,
+}
+
+impl Across {
+    /// From the block of the slots `from` to that of the slots `to`, both ascending; none where these are
+    /// not mirror images of each other.
+    fn between(from: &[usize], to: &[usize], mirror: &Mirror) -> Option<Self> {
+        if from.len() != to.len() {
+            return None;
+        }
+        let places = to
+            .iter()
+            .map(|slot| from.binary_search(&mirror.partner(*slot)).ok());
+        Some(Self {
+            places: places.collect::<Option<_>>()?,
+        })
+    }
+
+    /// Mirrors one field of the block, `[slot][xyz]` flat.
+    fn apply(&self, from: &[f32], to: &mut [f32]) {
+        for (image, place) in to.chunks_exact_mut(3).zip(&self.places) {
+            image.copy_from_slice(&from[3 * place..3 * place + 3]);
+            image[0] = -image[0];
+        }
+    }
+}
+
+/// The basis of a block that is its own mirror image: components that are even, which the mirror keeps, and
+/// components that are odd, which change sign.
+fn even_and_odd(
+    sample: &DMatrix<f32>,
+    across: &Across,
+    components: usize,
+    seed: u64,
+) -> Result<Basis, TrainError> {
+    let fields = sample.transpose();
+    let mut mirrored = fields.clone();
+    for (from, mut to) in fields.column_iter().zip(mirrored.column_iter_mut()) {
+        across.apply(from.as_slice(), to.as_mut_slice());
+    }
+    let even = Basis::fit(&(0.5 * (&fields + &mirrored)).transpose(), components, seed)?;
+    let odd = Basis::fit(&(0.5 * (fields - mirrored)).transpose(), components, seed)?;
+    // Directions in which nothing moves are neither.
+    let largest = even.deviation_m[0].max(odd.deviation_m[0]);
+    let moving = |basis: &Basis| {
+        let moving = |deviation: &&f32| **deviation > LEAST_SHARE * largest;
+        basis.deviation_m.iter().take_while(moving).count()
+    };
+    let (even_count, odd_count) = (moving(&even), moving(&odd));
+    if even_count + odd_count == 0 {
+        return Ok(even.truncated(1));
+    }
+    let both = even.truncated(even_count).merged(&odd.truncated(odd_count));
+    Ok(both.truncated(components.min(both.components())))
 }
 
 /// How many components each block gets. Left and right blocks count as one, whose directions come in
@@ -282,6 +378,7 @@ fn share_out(blocks: &[Block], variances: &[f32], components: usize) -> Vec<usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixture;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -335,7 +432,7 @@ mod tests {
     #[test]
     fn fields_of_the_subspace_come_back_block_by_block() {
         let sample = sample(80, 3);
-        let basis = BlockBasis::fit(&sample, parts(), 9, 1).expect("a basis");
+        let basis = BlockBasis::fit(&sample, parts(), 9, 1, None).expect("a basis");
         assert_eq!(basis.components(), 9);
         let field: Vec<f32> = sample.row(7).iter().copied().collect();
         let back = decoded(&basis, &basis.project(&field));
@@ -346,29 +443,56 @@ mod tests {
 
     #[test]
     fn components_go_where_the_error_is_and_sides_get_as_many() {
-        let basis = BlockBasis::fit(&sample(80, 4), parts(), 7, 1).expect("a basis");
+        let basis = BlockBasis::fit(&sample(80, 4), parts(), 7, 1, None).expect("a basis");
         let counts: Vec<usize> = basis.blocks.iter().map(|b| b.basis.components()).collect();
         assert_eq!(counts[0], counts[2]);
         assert!(counts[1] > counts[0], "{counts:?}");
-        let error = BlockBasis::fit(&sample(80, 4), parts(), 2, 1).expect_err("too few");
+        let error = BlockBasis::fit(&sample(80, 4), parts(), 2, 1, None).expect_err("too few");
         assert!(error.to_string().contains("at least 3"), "{error}");
     }
 
     #[test]
-    fn a_swap_of_the_sides_is_a_map_of_latents() {
-        let swap = |from: &[f32], to: &mut [f32]| {
-            to.copy_from_slice(from);
-            to[12..24].copy_from_slice(&from[24..36]);
-            to[24..36].copy_from_slice(&from[12..24]);
+    fn with_a_mirror_the_right_side_is_the_left_ones_image_and_the_middle_even_or_odd() {
+        let pairs = 8;
+        let model = fixture::symmetric_body(pairs);
+        let vertices: Vec<u32> = (0..2 * pairs as u32).collect();
+        let mirror = Mirror::of_body(&model, &vertices).expect("symmetric");
+        let mut rng = Pcg64Mcg::seed_from_u64(3);
+        let fields = 60;
+        let mut numbers = Vec::new();
+        for _ in 0..fields {
+            let field: Vec<f32> = (0..6 * pairs)
+                .map(|_| rng.random_range(-1.0..1.0))
+                .collect();
+            let mut image = vec![0.0; 6 * pairs];
+            mirror.apply(&field, &mut image);
+            numbers.extend([field, image].concat());
+        }
+        let sample = DMatrix::from_row_slice(2 * fields, 6 * pairs, &numbers);
+        // Even slots lie left, odd ones right; four pairs are thighs, the others the belly.
+        let part = |name: &str, region, slots: Vec<usize>| Part {
+            name: name.into(),
+            region: Some(region),
+            slots,
         };
-        let basis = BlockBasis::fit(&sample(80, 3), parts(), 9, 1).expect("a basis");
-        let induced = DMatrix::from_row_slice(9, 9, &basis.induced(swap));
-        let field: Vec<f32> = sample(80, 3).row(3).iter().copied().collect();
-        let mut swapped = vec![0.0; 36];
-        swap(&field, &mut swapped);
-        let latent = DMatrix::from_row_slice(1, 9, &basis.project(&field)) * induced;
-        for (got, expected) in latent.iter().zip(basis.project(&swapped)) {
-            assert!((got - expected).abs() < 1e-4, "{got} {expected}");
+        let parts = vec![
+            part("left thighs", Region::Thighs, vec![0, 2, 4, 6]),
+            part("middle", Region::Belly, (8..16).collect()),
+            part("right thighs", Region::Thighs, vec![1, 3, 5, 7]),
+        ];
+        let basis = BlockBasis::fit(&sample, parts, 24, 1, Some(&mirror)).expect("a basis");
+        let (blocks, latents) = basis.mirrored(&mirror);
+        assert_eq!(blocks, [2, 1, 0]);
+        let odd = latents.sign.iter().filter(|sign| **sign < 0.0).count();
+        assert!(odd > 0 && latents.len() == 24, "{latents:?}");
+        let latent = basis.project(&numbers[..6 * pairs]);
+        for (i, got) in basis
+            .project(&numbers[6 * pairs..12 * pairs])
+            .iter()
+            .enumerate()
+        {
+            let expected = latents.sign[i] * latent[latents.partner[i]];
+            assert!((got - expected).abs() < 1e-4, "{i}: {got} {expected}");
         }
     }
 }

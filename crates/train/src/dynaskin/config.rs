@@ -42,8 +42,12 @@ pub struct TrainConfig {
     pub shape_scale: f32,
     /// Whether each block of the body has springs and cells of its own, connected to its joints only.
     pub local: bool,
-    /// Whether the mirror image of every training clip is learned from as well.
+    /// Whether left and right are tied: a mirrored motion gives mirrored offsets. The body must be symmetric.
     pub mirror: bool,
+    /// Share of the training clips that are learned from once more as a page would have been given them:
+    /// held, jittered or noisy, through the runtime's conditioning.
+    #[serde(default)]
+    pub source_share: f64,
 }
 
 impl Default for TrainConfig {
@@ -66,6 +70,7 @@ impl Default for TrainConfig {
             shape_scale: 0.3,
             local: true,
             mirror: true,
+            source_share: 0.35,
         }
     }
 }
@@ -79,7 +84,7 @@ impl TrainConfig {
              material{local}; LSTM {hidden}{cells}; dense to {components}. No bias between motion and \
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \
-             lanes{mirrored}; loss: mean over the blocks of the root mean square offset error in \
+             lanes{mirrored}{sources}; loss: mean over the blocks of the root mean square offset error in \
              the subspace, in millimetres, averaged over frames, and {velocity} times the same of its \
              change from tick to tick.",
             components = self.components,
@@ -102,8 +107,16 @@ impl TrainConfig {
             } else {
                 ""
             },
+            sources = if self.source_share > 0.0 {
+                format!(
+                    ", {:.0} % of them once more from held, jittered and noisy sources",
+                    100.0 * self.source_share
+                )
+            } else {
+                String::new()
+            },
             mirrored = if self.mirror {
-                ", each clip also mirrored"
+                ", left and right tied"
             } else {
                 ""
             },
@@ -136,6 +149,7 @@ impl TrainConfig {
                 0.0..=100.0,
             ),
             ("shape_scale", f64::from(self.shape_scale), 0.0..=100.0),
+            ("source_share", self.source_share, 0.0..=1.0),
         ])
     }
 }

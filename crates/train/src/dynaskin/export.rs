@@ -202,7 +202,7 @@ impl Folded {
         let condition_scale = &inputs.build.scale;
         let hidden = sizes.hidden;
         let mut poles = scaled_rows(&predictor.local_poles(), condition_scale);
-        let mut poles_bias = flat(predictor.poles_bias.val());
+        let mut poles_bias = flat(predictor.tied_poles_bias());
         for row in poles.chunks_exact_mut(2 * sizes.springs) {
             row[sizes.springs..].iter_mut().for_each(|w| *w = -*w);
         }
@@ -221,7 +221,7 @@ impl Folded {
             from_hidden.extend_from_slice(row);
             from_hidden.extend(std::iter::repeat_n(0.0, hidden));
         }
-        let mut bias = flat(predictor.bias.val());
+        let mut bias = flat(predictor.tied_bias());
         bias.extend(std::iter::repeat_n(0.0, hidden));
         let mut readout = flat(predictor.local_readout());
         for row in readout.chunks_exact_mut(sizes.latent) {

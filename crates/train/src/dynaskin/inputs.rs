@@ -4,6 +4,7 @@ use dynaskin_runtime::features::FeatureKind;
 
 use super::build::Build;
 use super::spin::{SPIN_COUNT, Spin};
+use super::symmetry::{SignedPermutation, tied_scale};
 use crate::normaliser::Normaliser;
 
 /// What dynaskin's networks take as input.
@@ -23,6 +24,17 @@ pub struct PredictorInputs {
 impl PredictorInputs {
     /// How many numbers are about the motion.
     pub const MOTION_COUNT: usize = KIND.motion_count() + SPIN_COUNT;
+
+    /// Gives both sides of the body the same scales.
+    pub(super) fn tie(&mut self) {
+        let (features, spins) = (
+            SignedPermutation::of_features(),
+            SignedPermutation::of_spins(),
+        );
+        let scale = &mut self.normaliser.scale[..KIND.motion_count()];
+        scale.copy_from_slice(&tied_scale(scale, &features));
+        self.spin.scale = tied_scale(&self.spin.scale, &spins);
+    }
 
     /// Motion of each frame, `[frame][number]` flat: the scaled features, then the products.
     pub fn motion(&self, features: &[f32]) -> Vec<f32> {

@@ -14,6 +14,7 @@ use super::blocks::BlockBasis;
 use super::build::Build;
 use super::inputs::PredictorInputs;
 use super::spin::SPINS;
+use super::symmetry::SignedPermutation;
 
 /// A joint carries a block if it has this share of its skin weights.
 const CARRIER_SHARE: f32 = 0.015;
@@ -29,6 +30,28 @@ pub struct Locality {
     pub near: Vec<Vec<bool>>,
     /// For each block, its number of latents.
     pub latents: Vec<usize>,
+    /// What a mirror image does, where left and right are tied.
+    pub mirror: Option<LocalityMirror>,
+}
+
+/// What a mirror image does to blocks, motion and latents.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LocalityMirror {
+    /// The block on the other side of each; itself on the midline.
+    pub blocks: Vec<usize>,
+    /// To the numbers about the motion.
+    pub motion: SignedPermutation,
+    /// To the latents.
+    pub latents: SignedPermutation,
+}
+
+/// The units of one layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Units {
+    /// The block of each.
+    pub blocks: Vec<usize>,
+    /// What a mirror image does to them, where left and right are tied.
+    pub mirror: Option<SignedPermutation>,
 }
 
 impl Locality {
@@ -39,7 +62,27 @@ impl Locality {
             condition_inputs: vec![vec![true; conditions]],
             near: vec![vec![true]],
             latents: vec![latents],
+            mirror: None,
         }
+    }
+
+    /// The same with left and right tied. Where one side of a pair of blocks is connected to something, the
+    /// other is to its mirror image.
+    #[must_use]
+    pub fn tied(mut self, mirror: LocalityMirror) -> Self {
+        let count = self.latents.len();
+        let (motion, near) = (self.motion_inputs.clone(), self.near.clone());
+        for block in 0..count {
+            let other = mirror.blocks[block];
+            for (input, connected) in self.motion_inputs[block].iter_mut().enumerate() {
+                *connected |= motion[other][mirror.motion.partner[input]];
+            }
+            for (neighbour, connected) in self.near[block].iter_mut().enumerate() {
+                *connected |= near[other][mirror.blocks[neighbour]];
+            }
+        }
+        self.mirror = Some(mirror);
+        self
     }
 
     /// The blocks of `basis` on the body `model`, whose slots are `vertices`. A block is
@@ -78,6 +121,7 @@ impl Locality {
             condition_inputs: condition_inputs.collect(),
             near: neighbours(model, vertices, basis),
             latents: basis.blocks.iter().map(|b| b.basis.components()).collect(),
+            mirror: None,
         }
     }
 
@@ -89,12 +133,60 @@ impl Locality {
             .collect()
     }
 
-    /// The block of each of `units` units, shared out in proportion to the latents.
-    pub fn unit_blocks(&self, units: usize) -> Vec<usize> {
+    /// `units` units, shared out in proportion to the latents: so many of one block, then of the next. With
+    /// left and right tied both sides of the body get as many, whose mirror images they are. On the midline
+    /// every second unit is odd: it changes its sign in a mirror image.
+    pub fn units(&self, units: usize) -> Units {
         let blocks = self.latent_blocks();
-        (0..units)
-            .map(|unit| blocks[unit * blocks.len() / units])
-            .collect()
+        let in_proportion = (0..units).map(|unit| blocks[unit * blocks.len() / units]);
+        let Some(mirror) = &self.mirror else {
+            return Units {
+                blocks: in_proportion.collect(),
+                mirror: None,
+            };
+        };
+        let counts = self.tied_counts(&mirror.blocks, units);
+        let first = |block: usize| counts[..block].iter().sum::<usize>();
+        let mut laid = Units {
+            blocks: Vec::new(),
+            mirror: None,
+        };
+        let mut permutation = SignedPermutation::identity(0);
+        for (block, count) in counts.iter().enumerate() {
+            let other = mirror.blocks[block];
+            laid.blocks.extend(std::iter::repeat_n(block, *count));
+            for unit in 0..*count {
+                permutation.partner.push(first(other) + unit);
+                let odd = other == block && unit % 2 == 1;
+                permutation.sign.push(if odd { -1.0 } else { 1.0 });
+            }
+        }
+        laid.mirror = Some(permutation);
+        laid
+    }
+
+    /// How many of `units` units each block gets, both sides of a pair as many. Where no block lies on the
+    /// midline and the number is odd, one is left over.
+    fn tied_counts(&self, others: &[usize], units: usize) -> Vec<usize> {
+        let all: usize = self.latents.iter().sum();
+        let mut counts = vec![0; self.latents.len()];
+        let mut left = units;
+        loop {
+            // The block that lacks most of its share, if there is enough left for it and its partner.
+            let groups = (0..counts.len()).filter(|block| *block <= others[*block]);
+            let size = |block: usize| if others[block] == block { 1 } else { 2 };
+            let lacks = |block: usize| {
+                let share = (units * self.latents[block]) as f64 / all.max(1) as f64;
+                share - counts[block] as f64
+            };
+            let affordable = groups.filter(|block| size(*block) <= left);
+            let Some(block) = affordable.max_by(|a, b| lacks(*a).total_cmp(&lacks(*b))) else {
+                return counts;
+            };
+            left -= size(block);
+            counts[block] += 1;
+            counts[others[block]] = counts[block];
+        }
     }
 }
 
@@ -199,8 +291,9 @@ mod tests {
             condition_inputs: vec![vec![true], vec![false]],
             near: vec![vec![true, false], vec![true, true]],
             latents: vec![1, 3],
+            mirror: None,
         };
-        assert_eq!(locality.unit_blocks(8), [0, 0, 1, 1, 1, 1, 1, 1]);
+        assert_eq!(locality.units(8).blocks, [0, 0, 1, 1, 1, 1, 1, 1]);
         assert_eq!(
             locality.motion_mask(&[0, 1, 1]),
             [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]
@@ -214,6 +307,34 @@ mod tests {
             locality.neighbour_mask(&[0, 1], &[0, 1]),
             [1.0, 1.0, 0.0, 1.0]
         );
+    }
+
+    #[test]
+    fn both_sides_get_as_many_units_and_mirror_each_other() {
+        let (yes, no) = (true, false);
+        let locality = Locality {
+            motion_inputs: vec![vec![yes, no], vec![yes, no], vec![no, no]],
+            condition_inputs: vec![vec![yes]; 3],
+            near: vec![vec![yes, yes, no], vec![no, yes, no], vec![no, no, yes]],
+            // Left, middle, right.
+            latents: vec![3, 2, 3],
+            mirror: None,
+        };
+        let tied = locality.tied(LocalityMirror {
+            blocks: vec![2, 1, 0],
+            motion: SignedPermutation {
+                partner: vec![1, 0],
+                sign: vec![1.0, 1.0],
+            },
+            latents: SignedPermutation::identity(8),
+        });
+        assert_eq!(tied.motion_inputs, [[yes, no], [yes, yes], [no, yes]]);
+        assert_eq!(tied.near, [[yes, yes, no], [no, yes, no], [no, yes, yes]]);
+        let units = tied.units(9);
+        assert_eq!(units.blocks, [0, 0, 0, 1, 1, 1, 2, 2, 2]);
+        let mirror = units.mirror.expect("tied");
+        assert_eq!(mirror.partner, [6, 7, 8, 3, 4, 5, 0, 1, 2]);
+        assert_eq!(mirror.sign, [1., 1., 1., 1., -1., 1., 1., 1., 1.]);
     }
 
     #[test]
@@ -233,7 +354,7 @@ mod tests {
             one("belly", Region::Belly, &[4, 5, 6, 7]),
         ];
         let sample = DMatrix::from_fn(30, 3 * vertices.len(), |r, c| ((r * 7 + c * 3) % 11) as f32);
-        let basis = BlockBasis::fit(&sample, parts, 8, 1).expect("a basis");
+        let basis = BlockBasis::fit(&sample, parts, 8, 1, None).expect("a basis");
         let (yes, no) = (true, false);
         assert_eq!(
             neighbours(&model, &vertices, &basis),

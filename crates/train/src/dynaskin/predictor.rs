@@ -22,6 +22,9 @@
 //! latent = [m, h', e] R
 //! ```
 //!
+//! **Left and right are tied** where the body is symmetric ([`SignedPermutation`]): every matrix is the mean
+//! of itself and its mirror image, so a mirrored motion gives mirrored latents by construction.
+//!
 //! Every unit belongs to a block of the body, and all weights are zero between different blocks
 //! ([`crate::Locality`]) but for those of C, which also connect neighbouring blocks.
 //!
@@ -37,9 +40,10 @@
 
 use burn::module::{Module, Param};
 use burn::nn::Initializer;
-use burn::tensor::{Device, Tensor, TensorData, activation};
+use burn::tensor::{Device, Int, Tensor, TensorData, activation};
 
-use super::locality::{Locality, same_block};
+use super::locality::{Locality, Units, same_block};
+use super::symmetry::SignedPermutation;
 
 /// Frames are cut from a window in two stages of about this many, because the gradient of a cut is
 /// as large as what it was cut from.
@@ -112,9 +116,11 @@ struct Masks {
     from_condition: Mask,
     from_hidden: Mask,
     readout: Mask,
+    poles_bias: Option<Tie>,
+    bias: Option<Tie>,
 }
 
-/// The mask of one matrix of weights.
+/// The mask of one matrix of weights, and its mirror image.
 #[derive(Clone, Debug)]
 struct Mask {
     ones: Tensor<2>,
@@ -122,6 +128,45 @@ struct Mask {
     all: usize,
     /// Those of them that are 1.
     connected: usize,
+    tie: Option<Tie>,
+}
+
+/// How a matrix or vector of weights is tied to its mirror image.
+#[derive(Clone, Debug)]
+struct Tie {
+    rows: Tensor<1, Int>,
+    columns: Tensor<1, Int>,
+    /// Half the product of the signs of row and column, one where neither changes.
+    half_signs: Tensor<2>,
+}
+
+impl Tie {
+    fn new(rows: &SignedPermutation, columns: &SignedPermutation, device: &Device) -> Self {
+        let device = &device.clone().inner();
+        let places = |of: &SignedPermutation| {
+            let places: Vec<i32> = of.partner.iter().map(|place| *place as i32).collect();
+            Tensor::from_data(TensorData::new(places, [of.len()]), device)
+        };
+        let row_signs = rows.sign.iter();
+        let half_signs =
+            row_signs.flat_map(|row| columns.sign.iter().map(move |sign| 0.5 * row * sign));
+        let half_signs = TensorData::new(
+            half_signs.collect::<Vec<f32>>(),
+            [rows.len(), columns.len()],
+        );
+        Self {
+            rows: places(rows),
+            columns: places(columns),
+            half_signs: Tensor::from_data(half_signs, device),
+        }
+    }
+
+    /// The mean of `weights` and their mirror image.
+    fn apply(&self, weights: Tensor<2>) -> Tensor<2> {
+        let mirrored = weights.clone().select(0, self.rows.clone());
+        let mirrored = mirrored.select(1, self.columns.clone()) * self.half_signs.clone();
+        weights * 0.5 + mirrored
+    }
 }
 
 impl Mask {
@@ -133,12 +178,17 @@ impl Mask {
             ones: Tensor::from_data(ones, &device.clone().inner()),
             all,
             connected,
+            tie: None,
         }
     }
 
-    /// `weights` with zeros where the mask has them.
+    /// `weights` with zeros where the mask has them, and tied to their mirror image.
     fn apply(&self, weights: &Param<Tensor<2>>) -> Tensor<2> {
-        weights.val() * self.ones.clone()
+        let connected = weights.val() * self.ones.clone();
+        match &self.tie {
+            Some(tie) => tie.apply(connected),
+            None => connected,
+        }
     }
 
     /// Factor on the initial weights of a unit with fewer connections, which keeps its output's variance.
@@ -149,47 +199,85 @@ impl Mask {
 
 impl Masks {
     fn new(sizes: PredictorSizes, locality: &Locality, device: &Device) -> Self {
-        let encoding = locality.unit_blocks(sizes.encoding);
-        let springs = locality.unit_blocks(sizes.springs);
-        let hidden = locality.unit_blocks(sizes.hidden);
+        let tied = locality.mirror.as_ref();
+        let encoding = locality.units(sizes.encoding);
+        let springs = locality.units(sizes.springs);
+        let hidden = locality.units(sizes.hidden);
         let latents = locality.latent_blocks();
-        let modes = [springs.as_slice(), &springs].concat();
-        let gates = hidden.repeat(3);
+        let modes = springs.blocks.repeat(2);
+        let gates = hidden.blocks.repeat(3);
         let (motion, conditions) = (sizes.motion, sizes.conditions);
-        let mask = |ones: Vec<f32>, rows: usize| Mask::new(ones, rows, device);
+        let mirror = |units: &Units| {
+            let identity = || SignedPermutation::identity(units.blocks.len());
+            units.mirror.clone().unwrap_or_else(identity)
+        };
+        let of_encoding = mirror(&encoding);
+        let of_springs = mirror(&springs);
+        let of_modes = of_springs.repeat(2);
+        let of_poles = of_modes.unsigned();
+        let of_hidden = mirror(&hidden);
+        let of_gates = of_hidden.unsigned().repeat(3);
+        let of_conditions = SignedPermutation::identity(conditions);
+        let identity = |count: usize| SignedPermutation::identity(count);
+        let of_motion = tied.map_or_else(|| identity(motion), |tied| tied.motion.clone());
+        let of_latents = tied.map_or_else(|| identity(sizes.latent), |tied| tied.latents.clone());
+        let mask = |ones: Vec<f32>, rows: &[&SignedPermutation], columns: &SignedPermutation| {
+            let rows = SignedPermutation::concat(rows);
+            let mut mask = Mask::new(ones, rows.len(), device);
+            mask.tie = tied.map(|_| Tie::new(&rows, columns, device));
+            mask
+        };
+        let bias = |columns: &SignedPermutation| {
+            tied.map(|_| Tie::new(&SignedPermutation::identity(1), columns, device))
+        };
+        let (encoding, springs, hidden) = (&encoding.blocks, &springs.blocks, &hidden.blocks);
         Self {
-            encoder: mask(locality.motion_mask(&encoding), motion),
+            encoder: mask(locality.motion_mask(encoding), &[&of_motion], &of_encoding),
             drive: mask(
-                [
-                    locality.motion_mask(&springs),
-                    same_block(&encoding, &springs),
-                ]
-                .concat(),
-                motion + sizes.encoding,
+                [locality.motion_mask(springs), same_block(encoding, springs)].concat(),
+                &[&of_motion, &of_encoding],
+                &of_springs,
             ),
             poles: mask(
                 [
                     locality.condition_mask(&modes),
-                    same_block(&encoding, &modes),
+                    same_block(encoding, &modes),
                 ]
                 .concat(),
-                conditions + sizes.encoding,
+                &[&of_conditions, &of_encoding],
+                &of_poles,
             ),
-            mode_scale: mask(locality.condition_mask(&modes), conditions),
+            poles_bias: bias(&of_poles),
+            mode_scale: mask(
+                locality.condition_mask(&modes),
+                &[&of_conditions],
+                &of_poles,
+            ),
             code: mask(
                 [
-                    locality.neighbour_mask(&modes, &encoding),
-                    locality.neighbour_mask(&encoding, &encoding),
+                    locality.neighbour_mask(&modes, encoding),
+                    locality.neighbour_mask(encoding, encoding),
                 ]
                 .concat(),
-                modes.len() + sizes.encoding,
+                &[&of_modes, &of_encoding],
+                &of_encoding,
             ),
-            from_code: mask(same_block(&encoding, &hidden.repeat(4)), sizes.encoding),
-            from_condition: mask(locality.condition_mask(&gates), conditions),
-            from_hidden: mask(same_block(&hidden, &gates), sizes.hidden),
+            from_code: mask(
+                same_block(encoding, &hidden.repeat(4)),
+                &[&of_encoding],
+                &SignedPermutation::concat(&[&of_gates, &of_hidden]),
+            ),
+            from_condition: mask(
+                locality.condition_mask(&gates),
+                &[&of_conditions],
+                &of_gates,
+            ),
+            bias: bias(&of_gates),
+            from_hidden: mask(same_block(hidden, &gates), &[&of_hidden], &of_gates),
             readout: mask(
-                same_block(&[modes.as_slice(), &hidden, &encoding].concat(), &latents),
-                modes.len() + sizes.hidden + sizes.encoding,
+                same_block(&[modes.as_slice(), hidden, encoding].concat(), &latents),
+                &[&of_modes, &of_hidden, &of_encoding],
+                &of_latents,
             ),
         }
     }
@@ -269,7 +357,14 @@ impl Predictor {
             hidden,
             latent,
         } = sizes;
+        // The mean of two independent weights has half their variance.
+        let tied = if locality.mirror.is_some() {
+            2f64.sqrt()
+        } else {
+            1.0
+        };
         let random = |inputs: usize, outputs: usize, fan_out: usize, gain: f64| {
+            let gain = tied * gain;
             Initializer::XavierUniform { gain }.init_with(
                 [inputs, outputs],
                 Some(inputs),
@@ -289,7 +384,7 @@ impl Predictor {
             encoder: random(motion, encoding, encoding, masks.encoder.gain()),
             drive: random(motion + encoding, springs, springs, masks.drive.gain()),
             poles: random(conditions + encoding, modes, springs, 0.2),
-            poles_bias: vector(first_poles(&locality.unit_blocks(springs))),
+            poles_bias: vector(first_poles(&locality.units(springs).blocks)),
             mode_scale: random(conditions, modes, springs, 0.3),
             code: random(modes + encoding, encoding, encoding, masks.code.gain()),
             // One gate's fan, not four: each gate is a layer of its own.
@@ -337,6 +432,16 @@ impl Predictor {
     /// K and D, with zeros where a spring is not connected to an encoding or a number about the body.
     pub fn local_poles(&self) -> Tensor<2> {
         self.masks.poles.apply(&self.poles)
+    }
+
+    /// K0 and D0, left and right tied.
+    pub fn tied_poles_bias(&self) -> Tensor<1> {
+        tied_vector(&self.poles_bias, self.masks.poles_bias.as_ref())
+    }
+
+    /// The gates' biases, left and right tied.
+    pub fn tied_bias(&self) -> Tensor<1> {
+        tied_vector(&self.bias, self.masks.bias.as_ref())
     }
 
     /// G, with zeros where a spring is not conditioned on a number about the body.
@@ -414,7 +519,7 @@ impl Predictor {
         let springs = self.sizes().springs;
         let condition = &window.condition;
         let poles = Tensor::cat(vec![condition.clone(), encoding.clone()], 1);
-        let poles = poles.matmul(self.local_poles()) + self.poles_bias.val().unsqueeze::<2>();
+        let poles = poles.matmul(self.local_poles()) + self.tied_poles_bias().unsqueeze::<2>();
         let poles = activation::sigmoid(poles);
         let stiffness = poles.clone().narrow(1, 0, springs) * 2.0;
         let retained = 1.0 - poles.narrow(1, springs, springs);
@@ -457,7 +562,7 @@ impl Predictor {
         // The cell candidate (the last quarter) gets neither condition nor bias.
         let nothing = Tensor::zeros([self.sizes().conditions, cells], &device);
         let from_condition = Tensor::cat(vec![self.local_from_condition(), nothing], 1);
-        let bias = Tensor::cat(vec![self.bias.val(), Tensor::zeros([cells], &device)], 0);
+        let bias = Tensor::cat(vec![self.tied_bias(), Tensor::zeros([cells], &device)], 0);
         let from_input = code.matmul(self.local_from_code())
             + window.condition.clone().matmul(from_condition)
             + bias.unsqueeze::<2>(); // [frames · lanes, 4 · hidden]
@@ -479,6 +584,15 @@ impl Predictor {
             outputs.push(hidden.clone());
         }
         (Tensor::cat(outputs, 0), hidden, cell)
+    }
+}
+
+fn tied_vector(weights: &Param<Tensor<1>>, tie: Option<&Tie>) -> Tensor<1> {
+    match tie {
+        Some(tie) => tie
+            .apply(weights.val().unsqueeze::<2>())
+            .squeeze_dim::<1>(0),
+        None => weights.val(),
     }
 }
 
@@ -505,4 +619,112 @@ fn first_poles(springs: &[usize]) -> Vec<f32> {
     let (mut stiffness, damping): (Vec<f32>, Vec<f32>) = poles.unzip();
     stiffness.extend(damping);
     stiffness
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::dynaskin::locality::LocalityMirror;
+
+    const FRAMES: usize = 9;
+
+    /// Left, middle and right; five numbers about the motion, two about the body.
+    fn tied() -> Locality {
+        let (yes, no) = (true, false);
+        let locality = Locality {
+            motion_inputs: vec![
+                vec![yes, no, no, yes, no],
+                vec![yes; 5],
+                vec![no, yes, no, no, no],
+            ],
+            condition_inputs: vec![vec![yes; 2]; 3],
+            near: vec![vec![yes, yes, no], vec![yes; 3], vec![no, yes, yes]],
+            latents: vec![2, 3, 2],
+            mirror: None,
+        };
+        locality.tied(LocalityMirror {
+            blocks: vec![2, 1, 0],
+            motion: SignedPermutation {
+                partner: vec![1, 0, 2, 4, 3],
+                sign: vec![1.0, 1.0, -1.0, -1.0, -1.0],
+            },
+            latents: SignedPermutation {
+                partner: vec![5, 6, 2, 3, 4, 0, 1],
+                sign: vec![1.0, 1.0, 1.0, -1.0, 1.0, 1.0, 1.0],
+            },
+        })
+    }
+
+    fn mirrored(numbers: &[f32], by: &SignedPermutation) -> Vec<f32> {
+        let rows = numbers.chunks_exact(by.len());
+        rows.flat_map(|row| {
+            by.partner
+                .iter()
+                .zip(&by.sign)
+                .map(|(p, sign)| sign * row[*p])
+        })
+        .collect()
+    }
+
+    #[test]
+    fn a_mirrored_motion_gives_mirrored_latents() {
+        let locality = tied();
+        let mirror = locality.mirror.clone().expect("tied");
+        let sizes = PredictorSizes {
+            motion: 5,
+            conditions: 2,
+            encoding: 12,
+            springs: 11,
+            hidden: 9,
+            latent: 7,
+        };
+        let device = Device::flex();
+        device.seed(3);
+        let mut predictor = Predictor::new(sizes, &locality, &device);
+        let mut rng = Pcg64Mcg::seed_from_u64(5);
+        let mut numbers = |count: usize| -> Vec<f32> {
+            (0..count).map(|_| rng.random_range(-1.5..1.5)).collect()
+        };
+        // Biases that training has moved apart.
+        let vector = |numbers: Vec<f32>| {
+            let length = numbers.len();
+            Param::from_data(TensorData::new(numbers, [length]), &device)
+        };
+        predictor.poles_bias = vector(numbers(22));
+        predictor.bias = vector(numbers(27));
+        let condition = numbers(2).repeat(FRAMES);
+        let motion = numbers(5 * FRAMES);
+        let latents = |motion: &[f32]| -> Vec<f32> {
+            let matrix = |numbers: &[f32]| {
+                let shape = [FRAMES, numbers.len() / FRAMES];
+                Tensor::<2>::from_data(TensorData::new(numbers.to_vec(), shape), &device)
+            };
+            let window = Window {
+                motion: matrix(motion),
+                condition: matrix(&condition),
+                keep: vec![None; FRAMES],
+                lanes: 1,
+            };
+            let (latents, _) = predictor.forward(&window, predictor.rest_state(1, &device));
+            latents.into_data().iter::<f32>().collect()
+        };
+        let plain = latents(&motion);
+        let expected = mirrored(&plain, &mirror.latents);
+        let got = latents(&mirrored(&motion, &mirror.motion));
+        let largest = expected.iter().fold(0.0f32, |most, x| most.max(x.abs()));
+        let differ = plain
+            .iter()
+            .zip(&expected)
+            .any(|(a, b)| (a - b).abs() > 0.1 * largest);
+        assert!(largest > 0.05 && differ, "{largest}");
+        for (got, expected) in got.iter().zip(&expected) {
+            assert!(
+                (got - expected).abs() < 1e-5 * largest.max(1.0),
+                "{got} {expected}"
+            );
+        }
+    }
 }

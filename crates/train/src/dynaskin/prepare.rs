@@ -1,21 +1,28 @@
 //! From clips to what the networks learn from: a basis of the offsets, features and latents.
 
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
 
 use super::blocks::{BlockBasis, partition};
 use super::build::Build;
 use super::config::TrainConfig;
 use super::inputs::{KIND, PredictorInputs};
 use super::lanes::Sequence;
-use super::locality::Locality;
+use super::locality::{Locality, LocalityMirror};
 use super::spin::Spin;
+use super::symmetry::SignedPermutation;
 use super::trainer::{BlockSize, PredictorData};
 use crate::TrainError;
 use crate::data::{DataSet, Tissue, features_of, motion_of, offsets_of};
 use crate::mirror::Mirror;
 use crate::normaliser::Normaliser;
-use crate::sample::{Draw, mirrored_latents, sample_offsets};
+use crate::sample::{Draw, sample_offsets};
+use crate::sources::given;
 use crate::split::Set;
+
+/// Tells the draw of sources from others of the same seed.
+const SOURCES: u64 = 0x50_75_72_63_65;
 
 /// Everything that training and export need.
 #[derive(Debug)]
@@ -63,7 +70,13 @@ pub fn prepare(
     };
     let sample = sample_offsets(data_set, draw, mirror.as_ref(), |done| progress(done, all))?;
     let blocks = partition(model, &data_set.vertices, mirror.as_ref());
-    let basis = BlockBasis::fit(&sample, blocks, config.components, config.seed)?;
+    let basis = BlockBasis::fit(
+        &sample,
+        blocks,
+        config.components,
+        config.seed,
+        mirror.as_ref(),
+    )?;
     drop(sample);
 
     let build = Build::of_body(model, data_set.compliance.as_ref());
@@ -76,22 +89,36 @@ pub fn prepare(
             basis.components(),
         )
     };
-    let induced = mirror
-        .as_ref()
-        .map(|mirror| basis.induced(|from, to| mirror.apply(from, to)));
+    let locality = match &mirror {
+        Some(mirror) => {
+            let (blocks, latents) = basis.mirrored(mirror);
+            // One block for the whole body is its own mirror image.
+            let blocks = if config.local { blocks } else { vec![0] };
+            locality.tied(LocalityMirror {
+                blocks,
+                motion: SignedPermutation::of_motion(),
+                latents,
+            })
+        }
+        None => locality,
+    };
     let mut raw = Vec::new();
+    let mut sources = Pcg64Mcg::seed_from_u64(config.seed ^ SOURCES);
     let mut done = training;
     for set in [Set::Training, Set::Validation] {
         for entry in data_set.of_set(set, tissue) {
             let clip = data_set.read(entry)?;
             let latents = basis.project(&offsets_of(&clip));
             let motion = motion_of(&clip);
-            if let (Some(induced), Set::Training) = (&induced, set) {
-                raw.push(RawSequence {
-                    features: features_of(KIND, model, &motion.mirrored(), &clip)?,
-                    latents: mirrored_latents(induced, basis.components(), &latents),
-                    set,
-                });
+            if set == Set::Training && sources.random::<f64>() < config.source_share {
+                let seed = sources.random();
+                if let Some(given) = given(&motion, seed) {
+                    raw.push(RawSequence {
+                        features: features_of(KIND, model, &given.motion, &clip)?,
+                        latents: given.labels(&latents, basis.components()),
+                        set,
+                    });
+                }
             }
             raw.push(RawSequence {
                 features: features_of(KIND, model, &motion, &clip)?,
@@ -140,11 +167,14 @@ fn normalised(
     build.fit(bodies.iter().map(Vec::as_slice), shape_scale);
     let training = raw.iter().filter(|r| r.set == Set::Training);
     let spin = Spin::fit(training.flat_map(|r| r.features.chunks_exact(KIND.count())));
-    let inputs = PredictorInputs {
+    let mut inputs = PredictorInputs {
         normaliser,
         spin,
         build,
     };
+    if locality.mirror.is_some() {
+        inputs.tie();
+    }
     let mut data = PredictorData {
         training: Vec::new(),
         validation: Vec::new(),

@@ -13,7 +13,7 @@ const INERTIAL: usize = 9;
 /// Where the angular velocity stands among them.
 const ANGULAR_VELOCITY: usize = 3;
 /// The factors of each product: components of the angular velocity.
-const FACTORS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+pub(super) const FACTORS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 /// Products of each joint.
 pub const SPINS: usize = FACTORS.len();
 /// Number of products.

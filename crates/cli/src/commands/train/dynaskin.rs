@@ -44,13 +44,17 @@ pub struct DynaskinArgs {
     /// How much the change of the error from tick to tick counts beside the error.
     #[arg(long, default_value_t = TrainConfig::default().velocity_weight)]
     velocity_weight: f32,
+    /// Share of the training clips that are learned from once more as a page would have been given
+    /// them: held, jittered or noisy, through the runtime's conditioning.
+    #[arg(long, default_value_t = TrainConfig::default().source_share)]
+    source_share: f64,
     /// Standard deviation of the shape coefficients as inputs, beside that of the thickness of the tissue, 1.
     #[arg(long, alias = "shape-loudness", default_value_t = TrainConfig::default().shape_scale)]
     shape_scale: f32,
     /// Connect every spring to every joint.
     #[arg(long)]
     global: bool,
-    /// Do not learn from mirror images.
+    /// Do not tie left and right: for a body that is not symmetric.
     #[arg(long)]
     no_mirror: bool,
 }
@@ -72,6 +76,7 @@ impl DynaskinArgs {
             learning_rate: epochs.learning_rate.unwrap_or(usual.learning_rate),
             weight_decay: self.weight_decay,
             velocity_weight: self.velocity_weight,
+            source_share: self.source_share,
             shape_scale: self.shape_scale,
             local: !self.global,
             mirror: !self.no_mirror,

@@ -1,33 +1,39 @@
-//! Sources of poses: what a page is given, frame by frame.
+//! What a page is given, frame by frame.
 
 use dynaskin_body::{Joint, Pose};
 use dynaskin_motion::Clip;
 use glam::{DQuat, DVec3};
 
-use crate::truth::Truth;
+use crate::Truth;
 
 /// One frame of a page.
+#[derive(Clone, Debug)]
 pub struct Frame {
     /// When it is drawn, in seconds of the motion.
     pub time: f64,
+    /// The pose that the page shows.
     pub pose: Pose,
     /// The time step that the page measured.
     pub dt_seconds: f64,
 }
 
-#[derive(Clone, Copy)]
+/// What is added to the poses.
+#[derive(Clone, Copy, Debug)]
 pub enum Noise {
+    /// Nothing.
     None,
     /// White along each axis: degrees of every joint and the root, metres of the root.
     White(f64, f64),
-    /// A webcam's tracker, with and without its own smoothing.
+    /// A webcam's tracker with its own smoothing.
     Smoothed,
+    /// The same without.
     Raw,
 }
 
 /// How the page steps.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub enum Steps {
+    /// By the display's interval.
     Exact,
     /// Off by up to this many seconds, each for itself.
     Off(f64),
@@ -37,7 +43,8 @@ pub enum Steps {
     Followed(f64),
 }
 
-#[derive(Clone, Copy)]
+/// How poses are made.
+#[derive(Clone, Copy, Debug)]
 pub enum Made {
     /// This many poses a second, arriving with a jitter of up to so many seconds; the newest is shown.
     Live(f64, f64),
@@ -47,20 +54,26 @@ pub enum Made {
     File(f64),
 }
 
-#[derive(Clone, Copy)]
+/// A source and the page that shows its poses.
+#[derive(Clone, Copy, Debug)]
 pub struct Source {
+    /// Name in tables.
     pub name: &'static str,
+    /// How poses are made.
     pub made: Made,
+    /// Frames of the display a second.
     pub display_hz: f64,
+    /// What is added to the poses.
     pub noise: Noise,
+    /// How the page steps.
     pub steps: Steps,
 }
 
 /// Random numbers of a linear congruence.
-pub struct Dice(u64);
+struct Dice(u64);
 
 impl Dice {
-    pub fn new(seed: u64) -> Self {
+    fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15))
     }
 

@@ -1,20 +1,18 @@
 //! Motions whose pose is known at every instant.
 
-use std::path::Path;
-
-use anyhow::{Context, Result};
 use dynaskin_body::{JOINT_COUNT, Pose};
-use dynaskin_motion::{Bvh, Clip, Procedural, ProceduralKind, retarget};
-use glam::{DQuat, DVec3, Vec3};
+use dynaskin_motion::Clip;
+use glam::{DQuat, DVec3};
 
 /// Frames to either side that the pose between two frames is made of.
 const TAPS: i64 = 8;
 
-/// Procedural motions are made at this rate: a multiple of those of usual displays.
-const PROCEDURAL_HZ: f64 = 240.0;
-
+/// A motion whose pose is known at every instant.
+#[derive(Clone, Debug)]
 pub struct Truth {
+    /// Name in tables.
     pub name: String,
+    /// How long it is.
     pub seconds: f64,
     clip: Clip,
     /// Where in the clip it starts, in seconds.
@@ -22,40 +20,19 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The middle `seconds` of a capture.
-    pub fn capture(path: &Path, joints_rest_m: &[Vec3; JOINT_COUNT], seconds: f64) -> Result<Self> {
-        let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-        let (clip, _) = retarget(&Bvh::parse(&bytes)?, joints_rest_m)?;
-        let name = path.file_stem().map(|name| name.to_string_lossy().into());
-        Ok(Self::middle(name.unwrap_or_default(), clip, seconds))
-    }
-
-    /// The middle of a procedural motion.
-    pub fn procedural(
-        kind: ProceduralKind,
-        joints_rest_m: &[Vec3; JOINT_COUNT],
-        seconds: f64,
-    ) -> Result<Self> {
-        let mut motion = Procedural::new(kind);
-        motion.duration_seconds = seconds + 4.0;
-        let clip = motion.clip_at(PROCEDURAL_HZ, joints_rest_m)?;
-        Ok(Self::middle(kind.name().to_owned(), clip, seconds))
-    }
-
-    /// A body that stands still with its arms down.
-    pub fn standing(joints_rest_m: &[Vec3; JOINT_COUNT], seconds: f64) -> Result<Self> {
-        let walk = Procedural::new(ProceduralKind::Walk);
-        let mut clip = walk.clip(joints_rest_m)?;
+    /// The first pose of a clip, held for so many seconds.
+    pub fn still(name: &str, mut clip: Clip, seconds: f64) -> Self {
         clip.frames.truncate(1);
-        Ok(Self {
-            name: "standing".to_owned(),
+        Self {
+            name: name.to_owned(),
             seconds,
             clip,
             start: 0.0,
-        })
+        }
     }
 
-    fn middle(name: String, mut clip: Clip, seconds: f64) -> Self {
+    /// The middle `seconds` of a clip, or all of it where it is shorter.
+    pub fn middle(name: String, mut clip: Clip, seconds: f64) -> Self {
         for frame in 1..clip.frames.len() {
             let (before, rest) = clip.frames.split_at_mut(frame);
             let rotations = rest[0].parent_from_joint.iter_mut();
