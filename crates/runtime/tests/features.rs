@@ -1,4 +1,4 @@
-//! Features of kind `inertial` against motions whose derivatives are known.
+//! Features of the inertial kinds against motions whose derivatives are known.
 
 use dynaskin_body::{JOINT_COUNT, Joint, Pose, SHAPE_COUNT};
 use dynaskin_motion::Clip;
@@ -21,12 +21,20 @@ fn joints() -> [Vec3; JOINT_COUNT] {
 }
 
 fn named(features: &[f32], name: &str) -> f32 {
-    let names = FeatureKind::Inertial.names();
+    named_of(FeatureKind::Inertial, features, name)
+}
+
+fn named_of(kind: FeatureKind, features: &[f32], name: &str) -> f32 {
+    let names = kind.names();
     features[names.iter().position(|n| n == name).expect(name)]
 }
 
 fn last_features(poses: impl IntoIterator<Item = Pose>) -> Vec<f32> {
-    let mut inertial = MotionFeatures::new(FeatureKind::Inertial, &joints(), &[0.0; SHAPE_COUNT]);
+    last_features_of(FeatureKind::Inertial, poses)
+}
+
+fn last_features_of(kind: FeatureKind, poses: impl IntoIterator<Item = Pose>) -> Vec<f32> {
+    let mut inertial = MotionFeatures::new(kind, &joints(), &[0.0; SHAPE_COUNT]);
     let mut last = Vec::new();
     for pose in poses {
         last = inertial.push(&pose).to_vec();
@@ -57,6 +65,9 @@ fn names_and_count_agree() {
     assert_eq!(unique.len(), names.len());
     assert_eq!(names[0], "pelvis.proper_acceleration.x");
     assert_eq!(names[165], "shape.9");
+    let kind = FeatureKind::InertialMaterials;
+    assert_eq!((kind.count(), kind.names().len()), (202, 202));
+    assert_eq!(kind.motion_count(), 180);
 }
 
 #[test]
@@ -148,24 +159,28 @@ fn moved_and_turned_motion_has_the_same_features() {
     }
 }
 
+/// Features after a wild motion whose arms are raised, `share` of it by the collars.
+fn raised_by_collars(kind: FeatureKind, share: f64) -> Vec<f32> {
+    let poses = (0..5).map(|tick| {
+        let mut pose = wild_pose(tick);
+        for [collar, shoulder] in [
+            [Joint::LeftCollar, Joint::LeftShoulder],
+            [Joint::RightCollar, Joint::RightShoulder],
+        ] {
+            let raise = DQuat::from_rotation_z(0.2 * tick as f64) * DQuat::from_rotation_y(0.4);
+            let trunk_from_collar = DQuat::IDENTITY.slerp(raise, share);
+            pose.parent_from_joint[collar as usize] = trunk_from_collar;
+            pose.parent_from_joint[shoulder as usize] = trunk_from_collar.conjugate() * raise;
+        }
+        pose
+    });
+    last_features_of(kind, poses)
+}
+
 #[test]
 fn how_a_rig_shares_a_raised_arm_between_collar_and_shoulder_does_not_matter() {
-    // Mixamo's, VRM's, SMPL's and Xsens's rigs turn collars; the captures learned from keep them still.
-    let moved = |share: f64| {
-        last_features((0..5).map(|tick| {
-            let mut pose = wild_pose(tick);
-            for [collar, shoulder] in [
-                [Joint::LeftCollar, Joint::LeftShoulder],
-                [Joint::RightCollar, Joint::RightShoulder],
-            ] {
-                let raise = DQuat::from_rotation_z(0.2 * tick as f64) * DQuat::from_rotation_y(0.4);
-                let trunk_from_collar = DQuat::IDENTITY.slerp(raise, share);
-                pose.parent_from_joint[collar as usize] = trunk_from_collar;
-                pose.parent_from_joint[shoulder as usize] = trunk_from_collar.conjugate() * raise;
-            }
-            pose
-        }))
-    };
+    // Mixamo's, VRM's, SMPL's and Xsens's rigs turn collars; CMU's captures keep them still.
+    let moved = |share: f64| raised_by_collars(FeatureKind::Inertial, share);
     let at_the_shoulder = moved(0.0);
     assert!(named(&at_the_shoulder, "left_shoulder.angular_velocity.z").abs() > 1.0);
     for share in [0.3, 1.0] {
@@ -173,6 +188,28 @@ fn how_a_rig_shares_a_raised_arm_between_collar_and_shoulder_does_not_matter() {
             assert!((a - b).abs() <= 1e-4 * a.abs().max(1.0), "{share}: {a} {b}");
         }
     }
+}
+
+#[test]
+fn kinds_with_materials_tell_collars_apart_from_arms() {
+    let kind = FeatureKind::InertialMaterials;
+    let (still, shared) = (raised_by_collars(kind, 0.0), raised_by_collars(kind, 0.3));
+    let told = |features: &[f32], name: &str| named_of(kind, features, name);
+    assert_eq!(told(&still, "left_collar.y_axis.x"), 0.0);
+    assert!(told(&shared, "left_collar.y_axis.x").abs() > 0.1);
+    // The upper arm points and turns as before.
+    for name in ["x_axis.x", "y_axis.x", "y_axis.z", "angular_velocity.z"] {
+        let name = format!("left_shoulder.{name}");
+        let (a, b) = (told(&still, &name), told(&shared, &name));
+        assert!(
+            a.abs() > 0.01 && (a - b).abs() < 1e-4 * a.abs().max(1.0),
+            "{name}: {a} {b}"
+        );
+    }
+    // Its joint is carried along by the collar.
+    let name = "left_shoulder.proper_acceleration.y";
+    assert!((told(&still, name) - told(&shared, name)).abs() > 0.1);
+    assert!(told(&still, "right_elbow.y_axis.z").abs() > 0.01);
 }
 
 #[test]

@@ -8,18 +8,25 @@ const SIDES: [[Joint; 2]; 2] = [
     [Joint::RightCollar, Joint::RightShoulder],
 ];
 
-/// `pose` with its collars at rest and their turn added to the shoulders', so that the upper arms turn
-/// against the trunk as before.
+/// `pose` with the shoulders' rotations counted from the trunk. The collars keep theirs.
 ///
-/// Rigs differ in how collar and shoulder share an arm's movement, and the same movement has to give the
-/// same features: captures that networks learn from do it all at the shoulder. Soft tissue depends little on
-/// the sharing: with both collars lowered by 40 degrees a simulated chest lies 0.8 mm elsewhere.
-pub(super) fn folded(mut pose: Pose) -> Pose {
+/// Where an upper arm points tells most about its tissue, and rigs differ in how collar and shoulder share
+/// it. What the collar does besides draws the skin of arms and chest.
+pub(super) fn arms_against_trunk(mut pose: Pose) -> Pose {
     for [collar, shoulder] in SIDES {
         let [trunk_from_collar, collar_from_arm] =
             [collar, shoulder].map(|joint| pose.parent_from_joint[joint as usize]);
         pose.parent_from_joint[shoulder as usize] =
             (trunk_from_collar * collar_from_arm).normalize();
+    }
+    pose
+}
+
+/// The same with the collars at rest, for networks that learned from collars that keep still: the same
+/// movement of an arm gives the same features, however a rig shares it.
+pub(super) fn folded(pose: Pose) -> Pose {
+    let mut pose = arms_against_trunk(pose);
+    for [collar, _] in SIDES {
         pose.parent_from_joint[collar as usize] = glam::DQuat::IDENTITY;
     }
     pose

@@ -22,7 +22,7 @@ pub const INERTIAL_JOINTS: [Joint; 10] = [
     Joint::RightShoulder,
 ];
 
-/// The joints whose local rotation is a feature, in feature order.
+/// The joints whose local rotation is a feature of kind `inertial`, in feature order.
 pub const ROTATION_JOINTS: [Joint; 11] = [
     Joint::Spine1,
     Joint::Spine2,
@@ -37,10 +37,29 @@ pub const ROTATION_JOINTS: [Joint; 11] = [
     Joint::RightShoulder,
 ];
 
-/// Motion features of the inertial kinds: 9 numbers for each of [`INERTIAL_JOINTS`], 6 for each of
+/// The joints whose local rotation is a feature of kind `inertial-materials`, in feature order: those of
+/// [`ROTATION_JOINTS`], and elbows and ankles, which bend the ends of the tissue of arms and calves.
+pub const BENDING_JOINTS: [Joint; 15] = [
+    Joint::Spine1,
+    Joint::Spine2,
+    Joint::Spine3,
+    Joint::LeftHip,
+    Joint::RightHip,
+    Joint::LeftKnee,
+    Joint::RightKnee,
+    Joint::LeftCollar,
+    Joint::RightCollar,
+    Joint::LeftShoulder,
+    Joint::RightShoulder,
+    Joint::LeftElbow,
+    Joint::RightElbow,
+    Joint::LeftAnkle,
+    Joint::RightAnkle,
+];
+
+/// Motion features of kind `inertial`: 9 numbers for each of [`INERTIAL_JOINTS`], 6 for each of
 /// [`ROTATION_JOINTS`].
-pub(super) const INERTIAL_MOTION_COUNT: usize =
-    9 * INERTIAL_JOINTS.len() + 6 * ROTATION_JOINTS.len();
+const INERTIAL_MOTION_COUNT: usize = 9 * INERTIAL_JOINTS.len() + 6 * ROTATION_JOINTS.len();
 
 /// Number of features of kind `inertial`: its motion, and β.
 pub const INERTIAL_FEATURE_COUNT: usize = INERTIAL_MOTION_COUNT + SHAPE_COUNT;
@@ -57,10 +76,12 @@ pub enum FeatureKind {
     /// For each of [`INERTIAL_JOINTS`], in the joint's own frame: acceleration minus gravity
     /// (m/s²), angular velocity (rad/s), angular acceleration (rad/s²). For each of
     /// [`ROTATION_JOINTS`]: the first two columns of `R - I`, R being the local rotation. Then β.
-    /// It does not depend on where the body stands or which way it faces.
+    /// It does not depend on where the body stands or which way it faces. Collars count at the shoulders.
     Inertial,
-    /// As `inertial`, with the materials of the six regions before β: binary logarithms of the
-    /// factors on stiffness, then of those on the damping ratio.
+    /// For each of [`INERTIAL_JOINTS`] the same. For each of [`BENDING_JOINTS`] the first two columns of
+    /// `R - I`; the shoulders' R is that of the upper arm against the trunk, whatever share of it the
+    /// collar takes. Then the materials of the six regions: binary logarithms of the factors on stiffness,
+    /// then of those on the damping ratio. Then β.
     InertialMaterials,
     /// DSNet's input (Seo, Zou, Cordier 2021, section 4): the root's translation (m), a rotation
     /// vector (rad) for each joint but the hands, and β.
@@ -85,7 +106,8 @@ impl FeatureKind {
     /// How many of them, the first ones, are about the motion.
     pub const fn motion_count(self) -> usize {
         match self {
-            Self::Inertial | Self::InertialMaterials => INERTIAL_MOTION_COUNT,
+            Self::Inertial => INERTIAL_MOTION_COUNT,
+            Self::InertialMaterials => 9 * INERTIAL_JOINTS.len() + 6 * BENDING_JOINTS.len(),
             #[cfg(feature = "guests")]
             Self::PoseShape => POSE_SHAPE_POSE_COUNT,
             #[cfg(feature = "guests")]
@@ -102,6 +124,16 @@ impl FeatureKind {
         }
     }
 
+    /// The joints whose local rotation is a feature, in feature order, where the kind is an inertial one.
+    pub const fn rotation_joints(self) -> &'static [Joint] {
+        match self {
+            Self::Inertial => &ROTATION_JOINTS,
+            Self::InertialMaterials => &BENDING_JOINTS,
+            #[cfg(feature = "guests")]
+            Self::PoseShape | Self::PoseWindow => &[],
+        }
+    }
+
     /// Whether materials are among them.
     pub const fn has_materials(self) -> bool {
         matches!(self, Self::InertialMaterials)
@@ -110,7 +142,7 @@ impl FeatureKind {
     /// What each feature is, in order: `pelvis.proper_acceleration.x`, ..., `shape.9`.
     pub fn names(self) -> Vec<String> {
         let mut names = match self {
-            Self::Inertial | Self::InertialMaterials => inertial_names(),
+            Self::Inertial | Self::InertialMaterials => inertial_names(self.rotation_joints()),
             #[cfg(feature = "guests")]
             Self::PoseShape => pose_names("", POSE_SHAPE_JOINTS),
             #[cfg(feature = "guests")]
@@ -129,7 +161,7 @@ impl FeatureKind {
     }
 }
 
-fn inertial_names() -> Vec<String> {
+fn inertial_names(rotation_joints: &[Joint]) -> Vec<String> {
     let mut names = Vec::new();
     for joint in INERTIAL_JOINTS {
         for quantity in [
@@ -140,7 +172,7 @@ fn inertial_names() -> Vec<String> {
             names.extend(["x", "y", "z"].map(|a| format!("{}.{quantity}.{a}", joint.name())));
         }
     }
-    for joint in ROTATION_JOINTS {
+    for joint in rotation_joints {
         for column in ["x_axis", "y_axis"] {
             names.extend(["x", "y", "z"].map(|a| format!("{}.{column}.{a}", joint.name())));
         }

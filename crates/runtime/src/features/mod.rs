@@ -20,7 +20,8 @@ use glam::{DMat3, DVec3, Vec3};
 
 pub(crate) use kind::GUEST_KINDS;
 pub use kind::{
-    FeatureKind, INERTIAL_FEATURE_COUNT, INERTIAL_JOINTS, MATERIAL_COUNT, ROTATION_JOINTS,
+    BENDING_JOINTS, FeatureKind, INERTIAL_FEATURE_COUNT, INERTIAL_JOINTS, MATERIAL_COUNT,
+    ROTATION_JOINTS,
 };
 pub use limits::{ANGULAR_ACCELERATION_LIMIT, ANGULAR_VELOCITY_LIMIT, LINEAR_ACCELERATION_LIMIT};
 
@@ -107,17 +108,20 @@ impl MotionFeatures {
     /// pushed before. The pose must be valid ([`Pose::is_valid`]).
     pub fn push(&mut self, pose: &Pose) -> &[f32] {
         let pose = match self.kind {
-            FeatureKind::Inertial | FeatureKind::InertialMaterials => {
-                collars::folded(normalized(pose))
-            }
+            FeatureKind::Inertial => collars::folded(normalized(pose)),
+            FeatureKind::InertialMaterials => normalized(pose),
             #[cfg(feature = "guests")]
             FeatureKind::PoseShape | FeatureKind::PoseWindow => normalized(pose),
         };
         let world = pose.world_joints(&self.joints_rest_m);
         match self.kind {
-            FeatureKind::Inertial | FeatureKind::InertialMaterials => {
+            FeatureKind::Inertial => {
                 self.write_inertial(&world);
                 self.write_rotations(&pose);
+            }
+            FeatureKind::InertialMaterials => {
+                self.write_inertial(&world);
+                self.write_rotations(&collars::arms_against_trunk(pose.clone()));
             }
             #[cfg(feature = "guests")]
             FeatureKind::PoseShape => guests::write_pose_shape(&pose, &mut self.features),
@@ -172,8 +176,8 @@ impl MotionFeatures {
 
     fn write_rotations(&mut self, pose: &Pose) {
         let first = 9 * INERTIAL_JOINTS.len();
-        for (slot, joint) in ROTATION_JOINTS.into_iter().enumerate() {
-            let rotation = DMat3::from_quat(pose.parent_from_joint[joint as usize]);
+        for (slot, joint) in self.kind.rotation_joints().iter().enumerate() {
+            let rotation = DMat3::from_quat(pose.parent_from_joint[*joint as usize]);
             let start = first + 6 * slot;
             let x = (rotation.x_axis - DVec3::X).as_vec3();
             let y = (rotation.y_axis - DVec3::Y).as_vec3();

@@ -45,11 +45,16 @@ pub fn predictor_onnx(
     let encoding = graph.tanh(&encoding);
 
     let (modes, spring_states) = springs(&mut graph, &weights, motion, condition, &encoding)?;
-    let (output, lstm_states) = lstm(&mut graph, &weights, condition, &modes, &encoding)?;
+    let code_rows = 2 * sizes.springs + sizes.encoding;
+    let code = weights.matrix(&mut graph, "code", &weights.code, code_rows)?;
+    let code_input = graph.concat(&[&modes, &encoding], 1)?;
+    let code = graph.matmul(&code_input, &code)?;
+    let code = graph.tanh(&code);
+    let (output, lstm_states) = lstm(&mut graph, &weights, condition, &code)?;
 
-    let rows = 2 * sizes.springs + sizes.hidden + sizes.encoding;
+    let rows = 2 * sizes.springs + sizes.hidden + 2 * sizes.encoding;
     let readout = weights.matrix(&mut graph, "readout", &weights.readout, rows)?;
-    let read = graph.concat(&[&modes, &output, &encoding], 1)?;
+    let read = graph.concat(&[&modes, &output, &encoding, &code], 1)?;
     let latent = graph.matmul(&read, &readout)?;
     graph.output("latent", &latent)?;
     for (name, state) in spring_states.into_iter().chain(lstm_states) {
@@ -110,29 +115,22 @@ fn lstm(
     graph: &mut Graph,
     weights: &Folded,
     condition: &Value,
-    modes: &Value,
-    encoding: &Value,
+    code: &Value,
 ) -> Result<(Value, States), WriteError> {
     let PredictorSizes {
         conditions,
         encoding: encoding_count,
-        springs,
         hidden,
         ..
     } = weights.sizes;
     let state_h = graph.input("state_h", &[1, hidden])?;
     let state_c = graph.input("state_c", &[1, hidden])?;
-    let code_rows = 2 * springs + encoding_count;
-    let code = weights.matrix(graph, "code", &weights.code, code_rows)?;
     let input_rows = encoding_count + conditions;
     let from_input = weights.matrix(graph, "from_input", &weights.from_input, input_rows)?;
     let from_hidden = weights.matrix(graph, "from_hidden", &weights.from_hidden, hidden)?;
     let bias = weights.vector(graph, "bias", &weights.bias)?;
 
-    let code_input = graph.concat(&[modes, encoding], 1)?;
-    let coded = graph.matmul(&code_input, &code)?;
-    let coded = graph.tanh(&coded);
-    let cell_input = graph.concat(&[&coded, condition], 1)?;
+    let cell_input = graph.concat(&[code, condition], 1)?;
     let cell = LstmWeights {
         from_input: &from_input,
         from_hidden: &from_hidden,

@@ -8,11 +8,11 @@
 //! blocks: a thigh that pulls at the buttock, an arm against the chest.
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint};
-use dynaskin_runtime::features::{INERTIAL_JOINTS, ROTATION_JOINTS};
+use dynaskin_runtime::features::INERTIAL_JOINTS;
 
 use super::blocks::BlockBasis;
 use super::build::Build;
-use super::inputs::PredictorInputs;
+use super::inputs::{KIND, PredictorInputs};
 use super::spin::SPINS;
 use super::symmetry::SignedPermutation;
 
@@ -220,7 +220,7 @@ fn neighbours(model: &BodyModel, vertices: &[u32], basis: &BlockBasis) -> Vec<Ve
 /// Which numbers about the motion ([`PredictorInputs::motion`]) are about the given joints.
 fn features_of_joints(joints: &[bool; JOINT_COUNT]) -> Vec<bool> {
     let inertial = INERTIAL_JOINTS.into_iter().map(|joint| (joint, 9));
-    let rotations = ROTATION_JOINTS.into_iter().map(|joint| (joint, 6));
+    let rotations = KIND.rotation_joints().iter().map(|joint| (*joint, 6));
     let spins = INERTIAL_JOINTS.into_iter().map(|joint| (joint, SPINS));
     let features: Vec<bool> = inertial
         .chain(rotations)

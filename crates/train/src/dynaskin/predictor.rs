@@ -6,7 +6,7 @@
 //! dampings are learned and depend on the body's shape. An **LSTM** follows (Hochreiter and
 //! Schmidhuber 1997, as in DSNet, Seo, Zou, Cordier 2021, section 5). It is connected to the
 //! springs and adds what is not linear: tissue stiffens with strain. One linear layer reads the
-//! latents off both.
+//! latents off both, and off the LSTM's input, which tells what is not linear and has no memory.
 //!
 //! Per tick, with x the normalised motion and β what the body is like ([`super::PredictorInputs`]):
 //!
@@ -19,7 +19,7 @@
 //! c = tanh([m, e] C)
 //! i, o, f = σ([c, β, h] W + bias)           the LSTM's gates
 //! cell' = f cell + i tanh(c W),  h' = o tanh(cell')
-//! latent = [m, h', e] R
+//! latent = [m, h', e, c] R
 //! ```
 //!
 //! **Left and right are tied** where the body is symmetric ([`SignedPermutation`]): every matrix is the mean
@@ -96,7 +96,7 @@ pub struct Predictor {
     pub bias: Param<Tensor<1>>,
     /// `[hidden, 3 · hidden]`: the gates only.
     pub from_hidden: Param<Tensor<2>>,
-    /// R: `[2 · springs + hidden + encoding, latent]`.
+    /// R: `[2 · springs + hidden + 2 · encoding, latent]`.
     pub readout: Param<Tensor<2>>,
     /// Where the weights may differ from 0.
     #[module(skip)]
@@ -275,8 +275,11 @@ impl Masks {
             bias: bias(&of_gates),
             from_hidden: mask(same_block(hidden, &gates), &[&of_hidden], &of_gates),
             readout: mask(
-                same_block(&[modes.as_slice(), hidden, encoding].concat(), &latents),
-                &[&of_modes, &of_hidden, &of_encoding],
+                same_block(
+                    &[modes.as_slice(), hidden, encoding, encoding].concat(),
+                    &latents,
+                ),
+                &[&of_modes, &of_hidden, &of_encoding, &of_encoding],
                 &of_latents,
             ),
         }
@@ -392,7 +395,7 @@ impl Predictor {
             from_condition: random(conditions, 3 * hidden, hidden, 0.5),
             bias: vector(bias),
             from_hidden: random(hidden, 3 * hidden, hidden, masks.from_hidden.gain()),
-            readout: random(modes + hidden + encoding, latent, latent, 0.5),
+            readout: random(modes + hidden + 2 * encoding, latent, latent, 0.5),
             masks,
         }
     }
@@ -497,8 +500,9 @@ impl Predictor {
         let (modes, position, velocity) = self.swing(window, motion, &encoding, &state);
         let code = Tensor::cat(vec![modes.clone(), encoding.clone()], 1);
         let code = code.matmul(self.local_code()).tanh();
-        let (outputs, hidden, cell) = self.remember(window, code, &state);
-        let latents = Tensor::cat(vec![modes, outputs, encoding], 1).matmul(self.local_readout());
+        let (outputs, hidden, cell) = self.remember(window, code.clone(), &state);
+        let read = Tensor::cat(vec![modes, outputs, encoding, code], 1);
+        let latents = read.matmul(self.local_readout());
         let state = PredictorState {
             position,
             velocity,

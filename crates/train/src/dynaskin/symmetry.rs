@@ -6,8 +6,9 @@
 //! its weights are free.
 
 use dynaskin_body::Joint;
-use dynaskin_runtime::features::{INERTIAL_JOINTS, ROTATION_JOINTS};
+use dynaskin_runtime::features::INERTIAL_JOINTS;
 
+use super::inputs::KIND;
 use super::spin::FACTORS;
 
 /// Signs under a mirror image of a vector along x, y and z.
@@ -73,7 +74,7 @@ impl SignedPermutation {
         let columns = [0, 1].map(|column| [0, 1, 2].map(|row| rotation(row, column)));
         Self::concat(&[
             &of_joints(&INERTIAL_JOINTS, &[VECTOR, AXIAL, AXIAL].concat()),
-            &of_joints(&ROTATION_JOINTS, columns.as_flattened()),
+            &of_joints(KIND.rotation_joints(), columns.as_flattened()),
         ])
     }
 
