@@ -234,6 +234,25 @@ fn names_lead_back_to_their_motions() {
 }
 
 #[test]
+fn short_ones_are_whole_or_refused() {
+    let rest_m = female_joints_m();
+    let mut made = 0;
+    for kind in ProceduralKind::ALL {
+        for quarters in 1..=24 {
+            let mut motion = Procedural::new(kind);
+            motion.duration_seconds = 0.25 * f64::from(quarters);
+            let Ok(clip) = motion.clip(&rest_m) else {
+                continue;
+            };
+            made += 1;
+            let whole = clip.frames.iter().all(dynaskin_body::Pose::is_valid);
+            assert!(whole, "{kind:?} of {} s", motion.duration_seconds);
+        }
+    }
+    assert!(made > 60, "{made}");
+}
+
+#[test]
 fn nonsense_is_refused() {
     let rest_m = female_joints_m();
     for kind in ProceduralKind::ALL {

@@ -39,12 +39,13 @@ pub fn walk<'a>(motion: &Procedural, solver: &'a IkSolver) -> Result<StanceAt<'a
         (end, walk_m),
         (end + sink_seconds, stand_m),
     ]);
-    let gait = Track::through(&[
-        (start, 0.0),
-        (start + 1.0 / tempo_hz, 1.0),
-        (end - 1.0 / tempo_hz, 1.0),
-        (end, 0.0),
-    ]);
+    let (whole, ending) = (start + 1.0 / tempo_hz, end - 1.0 / tempo_hz);
+    let mut gait = vec![(start, 0.0), (whole, 1.0), (ending, 1.0), (end, 0.0)];
+    if steps == 2 {
+        // The first step ends where the last one begins.
+        gait.remove(2);
+    }
+    let gait = Track::through(&gait);
     Ok(Box::new(move |time| {
         let phase = ((time - start) * tempo_hz).clamp(0.0, steps as f64);
         let gait = gait.at(time);
