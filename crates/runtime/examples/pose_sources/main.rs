@@ -17,9 +17,9 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use dynaskin_motion::ProceduralKind;
+use dynaskin_pose_sources::Truth;
 use dynaskin_runtime::{Avatar, Model, PoseSource};
 
-use dynaskin_pose_sources::Truth;
 use measure::{Played, Reference, played};
 use table::{Row, SOURCES};
 
@@ -167,7 +167,7 @@ fn main() -> Result<()> {
                 let one = played(&model, preset, &frames, Some(&references[idx]))?;
                 parts[usize::from(!captured)].push(one);
             }
-            if source.stands() {
+            if table::stands(&source) {
                 let frames = source.frames(&standing, 77);
                 parts[2].push(played(&model, preset, &frames, None)?);
             }

@@ -186,11 +186,9 @@ pub const SOURCES: [(Source, Goal); 24] = [
     ),
 ];
 
-impl Source {
-    /// Whether it is tried on somebody who stands still.
-    pub fn stands(&self) -> bool {
-        !matches!(self.noise, Noise::None)
-    }
+/// Whether `source` is tried on somebody who stands still.
+pub fn stands(source: &Source) -> bool {
+    !matches!(source.noise, Noise::None)
 }
 
 pub const HEAD: &str = "\
@@ -280,7 +278,7 @@ impl fmt::Display for Row {
         };
         let (captures, at) = cell(&self.captures);
         let (procedural, procedural_at) = cell(&self.procedural);
-        let standing = match self.source.stands() {
+        let standing = match stands(&self.source) {
             true => format!(
                 "{:.2} ({:.1})",
                 self.standing.moved_mm, self.standing.most_mm

@@ -109,7 +109,7 @@ impl TrainConfig {
             },
             sources = if self.source_share > 0.0 {
                 format!(
-                    ", {:.0} % of them once more from held, jittered and noisy sources",
+                    ", {:.0} % of the clips once more from held, jittered and noisy sources",
                     100.0 * self.source_share
                 )
             } else {

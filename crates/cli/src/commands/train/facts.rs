@@ -60,11 +60,13 @@ pub fn facts(
     }
 }
 
-/// What all clips of a data set share of how they were simulated: not the body shape.
+/// What all clips of a data set share of how they were simulated: not shape, materials and rig.
 fn simulator(sim_json: &str) -> serde_json::Value {
     let mut simulator: serde_json::Value = serde_json::from_str(sim_json).unwrap_or_default();
     if let Some(fields) = simulator.as_object_mut() {
-        fields.remove("shape");
+        for of_clip in ["shape", "materials", "rig"] {
+            fields.remove(of_clip);
+        }
     }
     simulator
 }
