@@ -24,6 +24,8 @@ enum Command {
     Simulate(commands::simulate::SimulateArgs),
     /// Fit a body to a mesh sequence: shape, poses and soft-tissue offsets.
     Fit(commands::fit::FitArgs),
+    /// Fit a body to all sequences of several people, side by side, and report on them.
+    FitAll(commands::fit_all::FitAllArgs),
     /// Fit simulated sequences, whose truth is known, and print how far off the fits are.
     FitCheck(commands::fit_check::FitCheckArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
@@ -41,6 +43,7 @@ fn main() -> anyhow::Result<()> {
         Command::Avatars(args) => commands::avatars::run(&args),
         Command::Simulate(args) => commands::simulate::run(&args),
         Command::Fit(args) => commands::fit::run(&args),
+        Command::FitAll(args) => commands::fit_all::run(&args),
         Command::FitCheck(args) => commands::fit_check::run(&args),
         Command::Train(args) => commands::train::run(&args),
         Command::Slim(args) => commands::slim::run(&args),

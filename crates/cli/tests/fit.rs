@@ -10,6 +10,7 @@ use std::process::{Command, Output};
 use dynaskin_body::{BodyModel, Joint, Pose, SHAPE_COUNT, SkinMatrices, skin_linear};
 use dynaskin_npz::Writer;
 use glam::{DQuat, DVec3, Vec3};
+use hdf5_writer::{DatasetBuilder, Hdf5Builder, WriteOptions};
 
 fn body_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/female/body.glb")
@@ -94,10 +95,12 @@ fn scans_become_a_fit_a_clip_and_a_motion() {
     let out = fits.join("arm.npz");
     let clip = folder.path().join("arm__anna.safetensors");
     let (out, clip) = (out.to_str().unwrap(), clip.to_str().unwrap());
-    let usual = [
-        "--scans", scans, "--unit", "mm", "--up", "z", "--rate", "60", "--out", out,
-    ];
+    let usual = ["--scans", scans, "--rate", "60", "--out", out];
     let text = printed(&dynaskin("fit", &[&usual[..], &["--clip", clip]].concat()));
+    assert!(
+        text.contains("millimetres") && text.contains("z is up"),
+        "{text}"
+    );
     assert!(text.contains("3 frames at 60 Hz"), "{text}");
     assert!(text.contains("shape 1.000,"), "{text}");
     assert!(Path::new(clip).exists());
@@ -125,6 +128,127 @@ fn scans_become_a_fit_a_clip_and_a_motion() {
     ];
     let text = printed(&dynaskin("simulate", &arguments));
     assert!(text.contains("1 clips written (3 frames"), "{text}");
+}
+
+/// Joints that are turned where nobody is at rest.
+const LIMBS: [Joint; 10] = [
+    Joint::LeftHip,
+    Joint::RightHip,
+    Joint::LeftKnee,
+    Joint::RightKnee,
+    Joint::LeftAnkle,
+    Joint::RightAnkle,
+    Joint::LeftShoulder,
+    Joint::RightShoulder,
+    Joint::LeftElbow,
+    Joint::RightElbow,
+];
+
+/// Sequences of two people, [V,3,T], in metres, that begin at rest, and one of a third who never does.
+fn write_captures(path: &Path) {
+    let body = body();
+    let mut builder = Hdf5Builder::new();
+    for (name, first_turn) in [
+        ("50002_arm", 0.0),
+        ("50002_wild", 0.9),
+        ("50004_arm", 0.0),
+        ("50007_wild", 0.9),
+    ] {
+        let mut shape = [0.0; SHAPE_COUNT];
+        shape[0] = if name.starts_with("50002") { 1.0 } else { -1.0 };
+        let shaped = body.shaped(&shape);
+        let frames: Vec<Vec<Vec3>> = (0..4)
+            .map(|frame| {
+                let mut pose = Pose::REST;
+                for joint in [Joint::LeftShoulder, Joint::RightHip, Joint::LeftKnee] {
+                    pose.parent_from_joint[joint as usize] =
+                        DQuat::from_rotation_x(0.1 * f64::from(frame));
+                }
+                for joint in LIMBS {
+                    pose.parent_from_joint[joint as usize] *= DQuat::from_rotation_x(first_turn);
+                }
+                let matrices = SkinMatrices::new(&pose, &shaped.joints_m);
+                let mut world_m = vec![Vec3::ZERO; body.vertex_count()];
+                skin_linear(&shaped.positions_m, &body.skin, &matrices, &mut world_m);
+                world_m
+            })
+            .collect();
+        let numbers: Vec<f32> = (0..3 * body.vertex_count())
+            .flat_map(|at| frames.iter().map(move |frame| frame[at / 3][at % 3]))
+            .collect();
+        let shape = [body.vertex_count() as u64, 3, 4];
+        builder = builder.dataset(DatasetBuilder::typed_data(name, shape, &numbers).unwrap());
+    }
+    let plan = builder.into_plan().unwrap();
+    fs::write(path, plan.encode(WriteOptions::default()).unwrap()).unwrap();
+}
+
+#[test]
+fn captures_of_several_people_are_listed_fitted_and_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("captures.h5");
+    write_captures(&scans);
+    let scans = scans.to_str().unwrap();
+    let text = printed(&dynaskin("fit", &["--scans", scans, "--list"]));
+    assert!(text.contains("50004_arm [6890, 3, 4] 4 frames"), "{text}");
+    let one = folder.path().join("one.npz");
+    let usual = [
+        "--scans",
+        scans,
+        "--rate",
+        "60",
+        "--out",
+        one.to_str().unwrap(),
+    ];
+    refused(
+        &dynaskin("fit", &usual),
+        &["4 sequences", "--sequence", "50002_arm"],
+    );
+    let text = printed(&dynaskin(
+        "fit",
+        &[&usual[..], &["--sequence", "50004_arm"]].concat(),
+    ));
+    assert!(text.contains("[vertices, 3, frames]"), "{text}");
+
+    let out = folder.path().join("fits");
+    let usual = [
+        "--scans",
+        scans,
+        "--rate",
+        "60",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    refused(
+        &dynaskin("fit-all", &usual),
+        &["50007", "begins at rest", "--shape 50007="],
+    );
+    let people = ["--person", "50002", "--person", "50004"];
+    let two = [&usual[..], &people].concat();
+    let text = printed(&dynaskin("fit-all", &two));
+    assert!(text.contains("50002: shape from 50002_arm"), "{text}");
+    assert!(text.contains("3 of 3 sequences are fitted"), "{text}");
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(
+        page.contains("50002_wild") && page.contains("data:image/png"),
+        "{page}"
+    );
+    let clip = out.join("clips/arm__50004.safetensors");
+    let data = dynaskin_sim::ClipData::read(&clip).unwrap();
+    assert!((data.shape[0] + 1.0).abs() < 0.05, "{:?}", data.shape);
+
+    // One is lost; the others are as they were.
+    fs::remove_file(&clip).unwrap();
+    let kept = out.join("50002_arm.npz");
+    let before = fs::metadata(&kept).unwrap().modified().unwrap();
+    let text = printed(&dynaskin("fit-all", &two));
+    assert!(text.contains("2 sequences are there already"), "{text}");
+    assert!(clip.exists());
+    assert_eq!(fs::metadata(&kept).unwrap().modified().unwrap(), before);
+    refused(
+        &dynaskin("fit-all", &[&two[..], &["--own-surface"]].concat()),
+        &["other settings", "--out"],
+    );
 }
 
 #[test]
@@ -172,7 +296,7 @@ fn what_cannot_be_fitted_is_told() {
         dynaskin("fit", &[&["--scans", scans, "--out", out], more].concat())
     };
     let usual = ["--unit", "mm", "--up", "z", "--rate", "60"];
-    refused(&fit(scans, &["--rate", "60"]), &["--unit"]);
+    refused(&fit(scans, &["--unit", "mm"]), &["--rate"]);
     refused(
         &fit(scans, &["--unit", "m", "--rate", "60"]),
         &["frame 0", "--unit"],

@@ -167,13 +167,13 @@ fn true_offsets(body: &BodyModel, simulated: &ClipData, case: Case) -> Vec<Vec<V
         .collect()
 }
 
-fn scans(
-    body: &BodyModel,
+fn scans<'b>(
+    body: &'b BodyModel,
     motion: &Clip,
     offsets: &[Vec<Vec3>],
     options: &CheckOptions,
     case: Case,
-) -> Result<Scans, FitError> {
+) -> Result<Scans<'b>, FitError> {
     let mut random = Pcg64Mcg::seed_from_u64(options.seed);
     let mut shaped = body.shaped(&options.shape);
     if case == Case::OtherJoints {
@@ -205,10 +205,11 @@ fn scans(
         positions.extend_from_slice(&world_m);
     }
     let scan_options = ScanOptions {
-        unit: ScanUnit::Metre,
-        up: UpAxis::Y,
+        unit: Some(ScanUnit::Metre),
+        up: Some(UpAxis::Y),
         rate_hz: motion.rate_hz,
         key: String::new(),
+        sequence: None,
     };
     Scans::new(Path::new(case.name()), body, positions, &scan_options)
 }

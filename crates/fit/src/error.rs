@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use dynaskin_hdf5::Hdf5Error;
 use dynaskin_motion::MotionError;
 use dynaskin_npz::NpzError;
 use dynaskin_sim::{DatasetError, RunError, ShellError, SimError};
+use glam::Vec3;
 
 /// What can go wrong with scans and their fit, with the place and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +49,136 @@ pub enum FitError {
         path: PathBuf,
         /// What is wrong with it.
         source: NpzError,
+    },
+    /// An HDF5 file cannot be read.
+    #[error(transparent)]
+    Hdf5(#[from] Hdf5Error),
+    /// An HDF5 file holds other things.
+    #[error(
+        "{path} holds no sequence: expected data sets of floats, [vertices, 3, frames], and found {found}"
+    )]
+    NoSequences {
+        /// The file.
+        path: PathBuf,
+        /// Names and shapes of its data sets.
+        found: String,
+    },
+    /// An HDF5 file holds several sequences.
+    #[error("{path} holds {count} sequences; choose one with --sequence NAME: {names}")]
+    ChooseSequence {
+        /// The file.
+        path: PathBuf,
+        /// How many.
+        count: usize,
+        /// Their names.
+        names: String,
+    },
+    /// An HDF5 file has no sequence of that name.
+    #[error("{path} has no sequence `{name}`; it has: {names}")]
+    MissingSequence {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        name: String,
+        /// The names that it has.
+        names: String,
+    },
+    /// A data set is no sequence of the body's mesh.
+    #[error(
+        "{path} is {shape:?}; expected floats with three axes, of which one is {vertices} long (the body's \
+         vertices) and another 3: scans must be registered to the body's mesh"
+    )]
+    NoLayout {
+        /// The file and the data set.
+        path: PathBuf,
+        /// Lengths of its axes.
+        shape: Vec<usize>,
+        /// Vertices of the body.
+        vertices: usize,
+    },
+    /// A data set can be read in several ways.
+    #[error(
+        "{path} is {shape:?}, which can be read in more than one way; cut it or pad it to another number of \
+         frames"
+    )]
+    AmbiguousLayout {
+        /// The file and the data set.
+        path: PathBuf,
+        /// Lengths of its axes.
+        shape: Vec<usize>,
+    },
+    /// There are no captures of people.
+    #[error(
+        "{path} holds no captures; expected HDF5 or .npz files, or folders of .obj or .ply files, named \
+         PERSON_MOTION"
+    )]
+    NoCaptures {
+        /// The file or folder.
+        path: PathBuf,
+    },
+    /// A folder holds the frames of one sequence.
+    #[error(
+        "{path} holds mesh files, so it is one sequence; give the folder that it is in, or fit it alone \
+         with `dynaskin fit`"
+    )]
+    OneSequence {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The name of a capture does not say whose it is.
+    #[error("{path}: `{name}` does not say whose it is; name it PERSON_MOTION, such as 50002_hips")]
+    NoPerson {
+        /// The file or folder.
+        path: PathBuf,
+        /// The name.
+        name: String,
+    },
+    /// Two captures have the same name.
+    #[error("{first} and {second} both hold a sequence `{name}`; rename one")]
+    SameName {
+        /// The name.
+        name: String,
+        /// A file or folder.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+    },
+    /// All sequences of a person begin far from rest.
+    #[error(
+        "no sequence of {person} begins at rest: in the nearest, {nearest}, the joints are turned by \
+         {degrees:.0} degrees on average in the first frame; add a sequence that begins with the person \
+         standing, or give the person's shape with --shape {person}=b0,b1,...,b9"
+    )]
+    NeverAtRest {
+        /// The person.
+        person: String,
+        /// The sequence that begins nearest to rest.
+        nearest: String,
+        /// The mean turn of its joints.
+        degrees: f64,
+    },
+    /// The unit of scans cannot be found.
+    #[error(
+        "{path}: the edges of the first frame are {ratio:.3} times as long as the body's in metres, which is \
+         neither metres, centimetres nor millimetres; say with --unit what the numbers are, and check that \
+         the vertices are in the body's order"
+    )]
+    UnitUnknown {
+        /// The file or folder.
+        path: PathBuf,
+        /// Median length of its edges over that of the body's in metres.
+        ratio: f32,
+    },
+    /// The up axis of scans cannot be found.
+    #[error(
+        "{path}: the trunk stands along {trunk:.2} in the first frame, which is none of +y, +z and -y; say \
+         with --up which axis points up"
+    )]
+    UpUnknown {
+        /// The file or folder.
+        path: PathBuf,
+        /// Direction from the pelvis to the neck, of length 1.
+        trunk: Vec3,
     },
     /// The mesh is another than the body's.
     #[error(

@@ -5,13 +5,15 @@
 //! weights in the *unposed* state. Then the offsets of the soft tissue, `Δ = unpose(S) - (T +
 //! M_S(β) + M_P(θ))`, in metres in the rest pose.
 //!
-//! [`Scans`] reads sequences, [`fit_sequence`] fits them, [`FittedSequence`] goes out as an
-//! AMASS-like `.npz` or as a clip that `dynaskin train` takes. [`check_fit`] measures all of it on
+//! [`Scans`] reads sequences, [`SequenceFit`] fits them frame by frame and writes an AMASS-like `.npz`,
+//! [`ClipBuilder`] makes a clip that `dynaskin train` takes; [`fit_sequence`] holds all of a sequence.
+//! [`check_fit`] measures all of it on
 //! simulated sequences whose truth is known.
 
 mod check;
 mod error;
 mod output;
+mod people;
 mod problem;
 mod rigidity;
 mod scans;
@@ -22,7 +24,9 @@ mod tree;
 
 pub use check::{Case, CaseReport, CheckOptions, check_fit};
 pub use error::FitError;
+pub use output::ClipBuilder;
+pub use people::{Capture, REST_DEGREES, captures, nearest_to_rest, turned_degrees};
 pub use problem::Objective;
 pub use rigidity::Rigidity;
-pub use scans::{MeshKind, ScanOptions, ScanUnit, Scans};
-pub use sequence::{FitOptions, FittedFrame, FittedSequence, fit_sequence};
+pub use scans::{MeshKind, ScanOptions, ScanUnit, Scans, Sequence, is_hdf5, sequences};
+pub use sequence::{FitOptions, FittedFrame, FittedSequence, SequenceFit, fit_sequence};

@@ -1,27 +1,30 @@
-//! Mesh sequences of the body's topology: from an `.npz` file or a folder of OBJ or PLY files.
+//! Mesh sequences of the body's topology: from an HDF5 or `.npz` file, or a folder of OBJ or PLY files.
 
 mod folder;
+mod found;
+mod hdf5_file;
 mod mesh;
+mod npz_file;
 mod obj_file;
 mod ply_file;
+mod source;
 
-use std::fs::File;
-use std::io::BufReader;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use dynaskin_body::BodyModel;
 use dynaskin_motion::UpAxis;
-use dynaskin_npz::Archive;
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use crate::FitError;
 pub use folder::MeshKind;
-use mesh::{MAX_NUMBERS, check_frames, vertex_count};
+pub use hdf5_file::{Sequence, is_hdf5, sequences};
+use source::Source;
 
-/// An unpacked array of double precision numbers of that count.
-const MAX_ARRAY_BYTES: u64 = (MAX_NUMBERS as u64 * 8) + 4096;
 /// Diagonal of a bounding box that a crouching child or a reaching giant can have, in metres.
 const SIZES_M: std::ops::RangeInclusive<f32> = 0.5..=4.0;
+/// Frames that are read at a time where nothing is done with them but to check them.
+const CHECKED_FRAMES: usize = 128;
 
 /// Unit of a scan's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,66 +46,95 @@ impl ScanUnit {
             Self::Millimetre => 0.001,
         }
     }
+
+    /// Name of the unit, such as `metres`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Metre => "metres",
+            Self::Centimetre => "centimetres",
+            Self::Millimetre => "millimetres",
+        }
+    }
 }
 
 /// How the numbers of scans are to be read.
 #[derive(Clone, Debug)]
 pub struct ScanOptions {
-    /// Unit of length.
-    pub unit: ScanUnit,
-    /// Axis that points up; the body then faces +Z for [`UpAxis::Y`], -Y for [`UpAxis::Z`].
-    pub up: UpAxis,
+    /// Unit of length; none takes the one in which the first frame is as large as a body.
+    pub unit: Option<ScanUnit>,
+    /// Axis that points up; none takes the one along which the trunk stands in the first frame.
+    pub up: Option<UpAxis>,
     /// Frames per second, 1 to 1000.
     pub rate_hz: f64,
     /// Key of the vertices, `[frame][vertex][xyz]`, in an `.npz` file.
     pub key: String,
+    /// Data set of the sequence in an HDF5 file; none takes the only one.
+    pub sequence: Option<String>,
 }
 
-/// A sequence of meshes in metres, +Y up, with the vertices of a body.
-#[derive(Clone, Debug)]
-pub struct Scans {
-    /// Where they come from, for messages.
+/// A sequence of meshes in metres, +Y up, with the vertices of a body. Frames of HDF5 files and of folders
+/// are read when they are asked for; an `.npz` file is read as a whole.
+#[derive(Debug)]
+pub struct Scans<'b> {
+    /// Where they come from, for messages: the file or folder, and its data set.
     pub path: PathBuf,
     /// Frames per second.
     pub rate_hz: f64,
     /// Vertices of each frame.
     pub vertex_count: usize,
-    /// `[frame][vertex]` in metres.
-    positions_m: Vec<Vec3>,
+    /// Unit of the numbers, as given or found.
+    pub unit: ScanUnit,
+    /// Axis of the numbers that points up, as given or found.
+    pub up: UpAxis,
+    /// What was found of the numbers and not given, for people to check.
+    pub notes: Vec<String>,
+    y_up_from_world: Quat,
+    source: Source<'b>,
 }
 
-impl Scans {
-    /// Reads an `.npz` file, or a folder with one OBJ or PLY file a frame, sorted by name.
+impl<'b> Scans<'b> {
+    /// Opens an HDF5 or `.npz` file, or a folder with one OBJ or PLY file a frame, sorted by name, and reads
+    /// the first frame.
     ///
     /// # Errors
     /// [`FitError`] naming the file and place: unreadable, another topology than `body`'s, a
-    /// position that is not finite, a size that no body has, nothing there, or too much.
-    pub fn read(path: &Path, body: &BodyModel, options: &ScanOptions) -> Result<Self, FitError> {
+    /// position that is not finite, a size that no body has, nothing there, or too much; a unit or an axis
+    /// that cannot be found, and an HDF5 file of several sequences of which none is named.
+    pub fn open(path: &Path, body: &'b BodyModel, options: &ScanOptions) -> Result<Self, FitError> {
         check_rate(options.rate_hz)?;
-        let positions = if path.is_dir() {
-            folder::read(path, body)?
+        if !path.is_dir() && is_hdf5(path)? {
+            let opened = hdf5_file::open(path, body, options.sequence.as_deref())?;
+            let source = Source::Hdf5(Box::new(opened.frames));
+            return Self::from_source(opened.place, body, source, options, opened.notes);
+        }
+        if let Some(sequence) = &options.sequence {
+            return Err(FitError::Parameter {
+                name: "--sequence",
+                got: sequence.clone(),
+                expected: "none: only HDF5 files have sequences to choose from",
+            });
+        }
+        let source = if path.is_dir() {
+            Source::folder(path, body)?
         } else {
-            read_npz(path, body, &options.key)?
+            Source::Memory(npz_file::read(path, body, &options.key)?)
         };
-        Self::new(path, body, positions, options)
+        Self::from_source(path.to_owned(), body, source, options, Vec::new())
     }
 
     /// Scans from positions `[frame][vertex]` in the options' unit and axes. `path` only names them
     /// in messages.
     ///
     /// # Errors
-    /// As [`Scans::read`].
+    /// As [`Scans::open`] and [`Scans::check`].
     pub fn new(
         path: &Path,
-        body: &BodyModel,
-        mut positions: Vec<Vec3>,
+        body: &'b BodyModel,
+        positions: Vec<Vec3>,
         options: &ScanOptions,
     ) -> Result<Self, FitError> {
         check_rate(options.rate_hz)?;
         let vertex_count = body.vertex_count();
-        if positions.is_empty() {
-            return Err(FitError::NoFrames);
-        }
         if !positions.len().is_multiple_of(vertex_count) {
             return Err(FitError::Topology {
                 path: path.to_owned(),
@@ -111,51 +143,113 @@ impl Scans {
                 got: format!("{} in all", positions.len()),
             });
         }
-        let turn = options.up.y_up_from_world().as_quat();
-        let metres = options.unit.metres();
-        for (frame, positions) in positions.chunks_exact_mut(vertex_count).enumerate() {
-            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            for (vertex, position) in positions.iter_mut().enumerate() {
-                if let Some(value) = position.to_array().into_iter().find(|x| !x.is_finite()) {
-                    return Err(FitError::NotFinite {
-                        path: path.to_owned(),
-                        frame,
-                        vertex,
-                        value,
-                    });
-                }
-                *position = turn * (*position * metres);
-                (low, high) = (low.min(*position), high.max(*position));
-            }
-            let size_m = low.distance(high);
-            // A few stray vertices may widen the box; the fit bears them.
-            if size_m < *SIZES_M.start() || median_extent_m(positions) > *SIZES_M.end() {
-                return Err(FitError::Size {
-                    path: path.to_owned(),
-                    frame,
-                    size_m,
-                });
-            }
+        let source = Source::Memory(positions);
+        let scans = Self::from_source(path.to_owned(), body, source, options, Vec::new())?;
+        scans.check(|_| ())?;
+        Ok(scans)
+    }
+
+    fn from_source(
+        path: PathBuf,
+        body: &'b BodyModel,
+        source: Source<'b>,
+        options: &ScanOptions,
+        mut notes: Vec<String>,
+    ) -> Result<Self, FitError> {
+        let vertex_count = body.vertex_count();
+        if source.frame_count(vertex_count) == 0 {
+            return Err(FitError::NoFrames);
         }
-        Ok(Self {
-            path: path.to_owned(),
+        let first = source.read(0..1, vertex_count)?;
+        let unit = match options.unit {
+            Some(unit) => unit,
+            None => found::unit(&path, body, &first, &mut notes)?,
+        };
+        let up = match options.up {
+            Some(up) => up,
+            None => found::up(&path, body, &first, &mut notes)?,
+        };
+        let scans = Self {
+            path,
             rate_hz: options.rate_hz,
             vertex_count,
-            positions_m: positions,
-        })
+            unit,
+            up,
+            notes,
+            y_up_from_world: up.y_up_from_world().as_quat(),
+            source,
+        };
+        scans.frames_m(0..1)?;
+        Ok(scans)
     }
 
     /// Number of frames, at least 1.
     pub fn frame_count(&self) -> usize {
-        self.positions_m.len() / self.vertex_count
+        self.source.frame_count(self.vertex_count)
     }
 
-    /// The vertices of a frame in metres.
+    /// Frames that are read at once best, at least `least`: a file that is stored in pieces of several frames
+    /// unpacks each piece as a whole.
+    pub(crate) fn batch_frames(&self, least: usize) -> usize {
+        least.max(self.source.piece_frames())
+    }
+
+    /// The vertices `[frame][vertex]` of some frames, in metres.
+    ///
+    /// # Errors
+    /// [`FitError`] naming file, frame and vertex: unreadable, not finite, or of a size that no body has.
     ///
     /// # Panics
-    /// If `frame` is not below [`Self::frame_count`].
-    pub fn frame_m(&self, frame: usize) -> &[Vec3] {
-        &self.positions_m[frame * self.vertex_count..(frame + 1) * self.vertex_count]
+    /// If the frames are not within [`Self::frame_count`].
+    pub fn frames_m(&self, frames: Range<usize>) -> Result<Vec<Vec3>, FitError> {
+        let mut positions = self.source.read(frames.clone(), self.vertex_count)?;
+        for (frame, positions) in frames.zip(positions.chunks_exact_mut(self.vertex_count)) {
+            self.finish_frame(frame, positions)?;
+        }
+        Ok(positions)
+    }
+
+    /// Reads all frames once, so that one that cannot be used is found before any is fitted. `done` is
+    /// called with the number of frames read so far.
+    ///
+    /// # Errors
+    /// As [`Self::frames_m`].
+    pub fn check(&self, mut done: impl FnMut(usize)) -> Result<(), FitError> {
+        let (count, batch) = (self.frame_count(), self.batch_frames(CHECKED_FRAMES));
+        for first in (0..count).step_by(batch) {
+            let end = count.min(first + batch);
+            self.frames_m(first..end)?;
+            done(end);
+        }
+        Ok(())
+    }
+
+    /// Positions of a frame from the file's numbers, checked.
+    fn finish_frame(&self, frame: usize, positions: &mut [Vec3]) -> Result<(), FitError> {
+        let metres = self.unit.metres();
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for (vertex, position) in positions.iter_mut().enumerate() {
+            if let Some(value) = position.to_array().into_iter().find(|x| !x.is_finite()) {
+                return Err(FitError::NotFinite {
+                    path: self.path.clone(),
+                    frame,
+                    vertex,
+                    value,
+                });
+            }
+            *position = self.y_up_from_world * (*position * metres);
+            (low, high) = (low.min(*position), high.max(*position));
+        }
+        let size_m = low.distance(high);
+        // A few stray vertices may widen the box; the fit bears them.
+        if size_m < *SIZES_M.start() || median_extent_m(positions) > *SIZES_M.end() {
+            return Err(FitError::Size {
+                path: self.path.clone(),
+                frame,
+                size_m,
+            });
+        }
+        Ok(())
     }
 }
 
@@ -181,39 +275,4 @@ fn check_rate(rate_hz: f64) -> Result<(), FitError> {
             expected: "1 to 1000 Hz",
         })
     }
-}
-
-fn read_npz(path: &Path, body: &BodyModel, key: &str) -> Result<Vec<Vec3>, FitError> {
-    let failed = |source| FitError::Npz {
-        path: path.to_owned(),
-        source,
-    };
-    let file = File::open(path).map_err(|source| FitError::Io {
-        path: path.to_owned(),
-        action: "opening",
-        source,
-    })?;
-    let mut archive = Archive::open(BufReader::new(file), MAX_ARRAY_BYTES).map_err(failed)?;
-    if !archive.has(key) {
-        let found = archive.keys().join(", ");
-        return Err(failed(dynaskin_npz::NpzError::array(
-            key,
-            "the vertices, [frames, vertices, 3] (name their key with --key)",
-            format!("only {found}"),
-        )));
-    }
-    // Before anything is unpacked.
-    if let [frames, vertices, 3] = archive.shape(key).map_err(failed)?[..] {
-        if vertices != body.vertex_count() {
-            return Err(vertex_count(path, body, vertices));
-        }
-        check_frames(path, frames, vertices)?;
-    }
-    let shape = [None, Some(body.vertex_count()), Some(3)];
-    let array = archive.floats_single(key, &shape).map_err(failed)?;
-    Ok(array
-        .into_c_order()
-        .chunks_exact(3)
-        .map(Vec3::from_slice)
-        .collect())
 }

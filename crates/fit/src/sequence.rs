@@ -15,6 +15,9 @@ use crate::{FitError, Scans};
 /// Frames fitted one after the other, each from the one before; such runs are fitted in parallel,
 /// so that results do not depend on the number of threads.
 const RUN_FRAMES: usize = 32;
+/// Runs that each thread has in a batch, so that it waits little for others, and frames of the least batch.
+const RUNS_A_THREAD: usize = 2;
+const LEAST_BATCH: usize = 128;
 /// Frames that rigidity is learned from, at most.
 const RIGIDITY_FRAMES: usize = 60;
 /// How often rigidity is learned, each time from a fit with the one before.
@@ -94,90 +97,180 @@ struct Fitter<'a> {
     parts: Parts,
 }
 
+/// A sequence whose shape is known, and whose frames are fitted when they are asked for.
+pub struct SequenceFit<'a> {
+    fitter: Fitter<'a>,
+    scans: &'a Scans<'a>,
+    weights: Vec<f64>,
+    first: Estimate,
+    own_surface: bool,
+}
+
 /// Fits `body` to `scans` on rayon's current pool and calls `done` with the number of frames done
-/// so far, from any thread.
+/// so far, from any thread. All of it is held in memory; [`SequenceFit`] holds a few frames.
 ///
 /// # Errors
-/// [`FitError::NoFit`] where the first frame is no mesh of this body in this order,
-/// [`FitError::Body`] for rigidity that the body does not tell, [`FitError::Parameter`] for β or
-/// weights that are none, [`FitError::Topology`] for scans of another body.
+/// As [`SequenceFit::begin`] and [`SequenceFit::frames`].
 pub fn fit_sequence(
     body: &BodyModel,
-    scans: &Scans,
+    scans: &Scans<'_>,
     options: &FitOptions,
     done: impl Fn(usize) + Sync,
 ) -> Result<FittedSequence, FitError> {
-    if scans.vertex_count != body.vertex_count() {
-        return Err(FitError::Topology {
-            path: scans.path.clone(),
-            what: "the number of vertices",
-            expected: body.vertex_count().to_string(),
-            got: scans.vertex_count.to_string(),
-        });
-    }
-    let fitter = Fitter {
-        body,
-        objective: options.objective,
-        moving: moving(body),
-        parts: Parts::new(body),
-    };
-    let mut weights = options.rigidity.weights(body)?;
-    let mut first = fitter.first(scans.frame_m(0), &weights, options.shape)?;
-    if options.rigidity == Rigidity::Data {
-        let stride = scans.frame_count().div_ceil(RIGIDITY_FRAMES);
-        let some: Vec<usize> = (0..scans.frame_count()).step_by(stride).collect();
-        for _ in 0..RIGIDITY_PASSES {
-            let frames: Vec<Vec<Vec3>> = some
-                .par_iter()
-                .map(|&frame| {
-                    let scan_m = scans.frame_m(frame);
-                    let estimate = fitter.pose(scan_m, &weights, &first, None);
-                    fitter.offsets_rest_m(scan_m, &estimate)
-                })
-                .collect();
-            weights = rigidity::from_offsets(&frames, body.vertex_count());
-            first = fitter.first(scans.frame_m(0), &weights, options.shape)?;
-        }
-    }
-    let finished = AtomicUsize::new(0);
-    let frames: Vec<usize> = (0..scans.frame_count()).collect();
-    let runs: Vec<Vec<FittedFrame>> = frames
-        .par_chunks(RUN_FRAMES)
-        .with_max_len(1)
-        .map(|run| {
-            let mut before: Option<Pose> = None;
-            run.iter()
-                .map(|&frame| {
-                    let scan_m = scans.frame_m(frame);
-                    let estimate = fitter.pose(scan_m, &weights, &first, before.as_ref());
-                    let problem = fitter.problem(scan_m, &weights);
-                    let fitted = FittedFrame {
-                        offsets_rest_m: fitter.offsets_rest_m(scan_m, &estimate),
-                        rigid_distance_m: problem.distance_m(&estimate) as f32,
-                        pose: estimate.pose,
-                    };
-                    before = Some(fitted.pose.clone());
-                    done(finished.fetch_add(1, Ordering::Relaxed) + 1);
-                    fitted
-                })
-                .collect()
-        })
-        .collect();
-    let mut frames: Vec<FittedFrame> = runs.into_iter().flatten().collect();
-    if options.own_surface {
-        let own_m = frames[0].offsets_rest_m.clone();
-        for frame in &mut frames {
-            for (offset, own) in frame.offsets_rest_m.iter_mut().zip(&own_m) {
-                *offset -= *own;
-            }
-        }
-    }
+    let fit = SequenceFit::begin(body, scans, options)?;
+    let mut frames = Vec::with_capacity(fit.frame_count());
+    fit.frames(done, |frame| {
+        frames.push(frame);
+        Ok(())
+    })?;
     Ok(FittedSequence {
         rate_hz: scans.rate_hz,
-        shape: first.shape.map(|beta| beta as f32),
-        rigidity: weights,
+        shape: fit.shape(),
+        rigidity: fit.weights,
         frames,
     })
+}
+
+impl<'a> SequenceFit<'a> {
+    /// Fits β to the first frame of `scans`, unless it is given, and finds the rigidity weights.
+    ///
+    /// # Errors
+    /// [`FitError::NoFit`] where the first frame is no mesh of this body in this order,
+    /// [`FitError::Body`] for rigidity that the body does not tell, [`FitError::Parameter`] for β or
+    /// weights that are none, [`FitError::Topology`] for scans of another body, and what
+    /// [`Scans::frames_m`] gives.
+    pub fn begin(
+        body: &'a BodyModel,
+        scans: &'a Scans<'a>,
+        options: &FitOptions,
+    ) -> Result<Self, FitError> {
+        if scans.vertex_count != body.vertex_count() {
+            return Err(FitError::Topology {
+                path: scans.path.clone(),
+                what: "the number of vertices",
+                expected: body.vertex_count().to_string(),
+                got: scans.vertex_count.to_string(),
+            });
+        }
+        let fitter = Fitter {
+            body,
+            objective: options.objective,
+            moving: moving(body),
+            parts: Parts::new(body),
+        };
+        let mut weights = options.rigidity.weights(body)?;
+        let first_m = scans.frames_m(0..1)?;
+        let mut first = fitter.first(&first_m, &weights, options.shape)?;
+        if options.rigidity == Rigidity::Data {
+            let stride = scans.frame_count().div_ceil(RIGIDITY_FRAMES);
+            let some: Result<Vec<Vec<Vec3>>, FitError> = (0..scans.frame_count())
+                .step_by(stride)
+                .map(|frame| scans.frames_m(frame..frame + 1))
+                .collect();
+            let some = some?;
+            for _ in 0..RIGIDITY_PASSES {
+                let frames: Vec<Vec<Vec3>> = some
+                    .par_iter()
+                    .map(|scan_m| {
+                        let estimate = fitter.pose(scan_m, &weights, &first, None);
+                        fitter.offsets_rest_m(scan_m, &estimate)
+                    })
+                    .collect();
+                weights = rigidity::from_offsets(&frames, body.vertex_count());
+                first = fitter.first(&first_m, &weights, options.shape)?;
+            }
+        }
+        Ok(Self {
+            fitter,
+            scans,
+            weights,
+            first,
+            own_surface: options.own_surface,
+        })
+    }
+
+    /// Shape coefficients β in standard deviations.
+    pub fn shape(&self) -> [f32; SHAPE_COUNT] {
+        self.first.shape.map(|beta| beta as f32)
+    }
+
+    /// Rigidity weight of each vertex, 0 to 1.
+    pub fn rigidity(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Frames per second.
+    pub fn rate_hz(&self) -> f64 {
+        self.scans.rate_hz
+    }
+
+    /// Number of frames, at least 1.
+    pub fn frame_count(&self) -> usize {
+        self.scans.frame_count()
+    }
+
+    /// Fits all frames on rayon's current pool and hands them to `sink` in their order. `done` is called
+    /// with the number of frames done so far, from any thread. A few dozen frames for each thread are held
+    /// at a time, as scans and as offsets.
+    ///
+    /// # Errors
+    /// What [`Scans::frames_m`] and `sink` give.
+    pub fn frames(
+        &self,
+        done: impl Fn(usize) + Sync,
+        mut sink: impl FnMut(FittedFrame) -> Result<(), FitError>,
+    ) -> Result<(), FitError> {
+        let finished = AtomicUsize::new(0);
+        let least = (RUNS_A_THREAD * RUN_FRAMES * rayon::current_num_threads()).max(LEAST_BATCH);
+        // Whole runs, so that results do not depend on how many frames are read at a time.
+        let batch = self.scans.batch_frames(least).next_multiple_of(RUN_FRAMES);
+        let mut own_m: Option<Vec<Vec3>> = None;
+        for first in (0..self.frame_count()).step_by(batch) {
+            let end = self.frame_count().min(first + batch);
+            let scans_m = self.scans.frames_m(first..end)?;
+            let runs: Vec<Vec<FittedFrame>> = scans_m
+                .par_chunks(RUN_FRAMES * self.scans.vertex_count)
+                .with_max_len(1)
+                .map(|run| {
+                    self.run(run, || {
+                        done(finished.fetch_add(1, Ordering::Relaxed) + 1);
+                    })
+                })
+                .collect();
+            drop(scans_m);
+            for mut frame in runs.into_iter().flatten() {
+                if self.own_surface {
+                    let own_m = own_m.get_or_insert_with(|| frame.offsets_rest_m.clone());
+                    for (offset, own) in frame.offsets_rest_m.iter_mut().zip(own_m.iter()) {
+                        *offset -= *own;
+                    }
+                }
+                sink(frame)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Frames one after the other, each from the one before.
+    fn run(&self, scans_m: &[Vec3], done: impl Fn()) -> Vec<FittedFrame> {
+        let fitter = &self.fitter;
+        let mut before: Option<Pose> = None;
+        scans_m
+            .chunks_exact(self.scans.vertex_count)
+            .map(|scan_m| {
+                let estimate = fitter.pose(scan_m, &self.weights, &self.first, before.as_ref());
+                let problem = fitter.problem(scan_m, &self.weights);
+                let fitted = FittedFrame {
+                    offsets_rest_m: fitter.offsets_rest_m(scan_m, &estimate),
+                    rigid_distance_m: problem.distance_m(&estimate) as f32,
+                    pose: estimate.pose,
+                };
+                before = Some(fitted.pose.clone());
+                done();
+                fitted
+            })
+            .collect()
+    }
 }
 
 impl<'a> Fitter<'a> {

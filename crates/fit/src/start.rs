@@ -63,6 +63,20 @@ pub(crate) fn pose_by_parts(
     pose
 }
 
+/// The rotation of the trunk from rest to a scan in any unit; none where its points span no space.
+pub(crate) fn trunk_rotation(body: &BodyModel, scan: &[Vec3]) -> Option<DQuat> {
+    let trunk = [Joint::Pelvis, Joint::Spine1, Joint::Spine2, Joint::Spine3].map(|j| j as usize);
+    let part: Vec<usize> = (0..body.vertex_count().min(scan.len()))
+        .filter(|&vertex| {
+            trunk.contains(&usize::from(body.skin[vertex].joints[0])) && scan[vertex].is_finite()
+        })
+        .collect();
+    let weights = vec![1.0; scan.len()];
+    (part.len() >= LEAST_VERTICES)
+        .then(|| Pairs::new(&part, &body.template_m, scan, &weights).rotation())
+        .flatten()
+}
+
 /// Corresponding points about their centres.
 struct Pairs {
     from_m: DVec3,

@@ -52,12 +52,13 @@ fn posed(body: &BodyModel, pose: &Pose, offsets_m: &[Vec3]) -> Vec<Vec3> {
     world_m
 }
 
-fn scans(body: &BodyModel, frames: Vec<Vec<Vec3>>, rate_hz: f64) -> Scans {
+fn scans(body: &BodyModel, frames: Vec<Vec<Vec3>>, rate_hz: f64) -> Scans<'_> {
     let options = ScanOptions {
-        unit: ScanUnit::Metre,
-        up: UpAxis::Y,
+        unit: Some(ScanUnit::Metre),
+        up: Some(UpAxis::Y),
         rate_hz,
         key: String::new(),
+        sequence: None,
     };
     Scans::new(Path::new("truth"), body, frames.concat(), &options).unwrap()
 }

@@ -18,10 +18,11 @@ use glam::Vec3;
 
 fn options() -> ScanOptions {
     ScanOptions {
-        unit: ScanUnit::Metre,
-        up: UpAxis::Y,
+        unit: Some(ScanUnit::Metre),
+        up: Some(UpAxis::Y),
         rate_hz: 60.0,
         key: "vertices".to_owned(),
+        sequence: None,
     }
 }
 
@@ -77,10 +78,11 @@ fn raised(positions: &[Vec3], frame: usize) -> Vec<Vec3> {
 }
 
 #[track_caller]
-fn check_raised(scans: &Scans, mesh: &[Vec3], frames: usize) {
+fn check_raised(scans: &Scans<'_>, mesh: &[Vec3], frames: usize) {
     assert_eq!(scans.frame_count(), frames);
     for frame in 0..frames {
-        for (got, expected) in scans.frame_m(frame).iter().zip(raised(mesh, frame)) {
+        let got = scans.frames_m(frame..frame + 1).unwrap();
+        for (got, expected) in got.iter().zip(raised(mesh, frame)) {
             assert!(
                 got.distance(expected) < 1e-5,
                 "frame {frame}: {got} {expected}"
@@ -100,7 +102,7 @@ fn objs_and_plys_are_read_in_the_order_of_their_numbers() {
     }
     fs::write(folder.path().join("notes.txt"), "no mesh").unwrap();
     check_raised(
-        &Scans::read(folder.path(), &body, &options()).unwrap(),
+        &Scans::open(folder.path(), &body, &options()).unwrap(),
         &mesh,
         12,
     );
@@ -112,7 +114,7 @@ fn objs_and_plys_are_read_in_the_order_of_their_numbers() {
     // Bare points have no faces that could differ.
     fs::write(path(2), ply_binary(&raised(&mesh, 2), &[])).unwrap();
     check_raised(
-        &Scans::read(folder.path(), &body, &options()).unwrap(),
+        &Scans::open(folder.path(), &body, &options()).unwrap(),
         &mesh,
         3,
     );
@@ -134,12 +136,12 @@ fn units_axes_and_keys_are_told() {
     writer.array("verts", &shape, &numbers).unwrap();
     writer.finish().unwrap();
     let told = ScanOptions {
-        unit: ScanUnit::Millimetre,
-        up: UpAxis::Z,
+        unit: Some(ScanUnit::Millimetre),
+        up: Some(UpAxis::Z),
         key: "verts".to_owned(),
         ..options()
     };
-    check_raised(&Scans::read(&path, &body, &told).unwrap(), &mesh, 2);
+    check_raised(&Scans::open(&path, &body, &told).unwrap(), &mesh, 2);
 
     refused(
         &path,
@@ -148,10 +150,15 @@ fn units_axes_and_keys_are_told() {
         &["scans.npz", "`vertices`", "--key", "only verts"],
     );
     let metres = ScanOptions {
-        unit: ScanUnit::Metre,
+        unit: Some(ScanUnit::Metre),
         ..told.clone()
     };
     refused(&path, &body, &metres, &["frame 0", "--unit"]);
+    let chosen = ScanOptions {
+        sequence: Some("hips".to_owned()),
+        ..told.clone()
+    };
+    refused(&path, &body, &chosen, &["--sequence", "only HDF5"]);
     for rate_hz in [0.0, -30.0, f64::NAN, 1e9] {
         let told = ScanOptions {
             rate_hz,
@@ -163,7 +170,7 @@ fn units_axes_and_keys_are_told() {
 
 #[track_caller]
 fn refused(path: &Path, body: &BodyModel, options: &ScanOptions, words: &[&str]) -> FitError {
-    let error = Scans::read(path, body, options).unwrap_err();
+    let error = Scans::open(path, body, options).unwrap_err();
     let text = error.to_string();
     for word in words {
         assert!(text.contains(word), "`{word}` is missing in: {text}");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dynaskin_body::{BodyModel, Pose, SHAPE_COUNT};
 use dynaskin_fit::{MeshKind, ScanOptions, ScanUnit, Scans};
+use dynaskin_hdf5::{Hdf5, Kind};
 use dynaskin_motion::{GltfMotion, MotionFile, UpAxis};
 use dynaskin_runtime::{
     Avatar, Bundle, BundleFile, Decoder, DecoderSession, Model, Predictor, PredictorSession,
@@ -238,18 +239,58 @@ pub fn mesh(kind: MeshKind, file: &[u8]) -> bool {
         return false;
     };
     let options = ScanOptions {
-        unit: ScanUnit::Metre,
-        up: UpAxis::Y,
+        unit: Some(ScanUnit::Metre),
+        up: Some(UpAxis::Y),
         rate_hz: 60.0,
         key: String::new(),
+        sequence: None,
     };
     let Ok(scans) = Scans::new(path, body, positions, &options) else {
         return false;
     };
     assert_eq!(scans.frame_count(), 1);
-    assert!(
-        scans.frame_m(0).iter().all(|p| p.is_finite()),
-        "finite positions"
-    );
+    let positions = scans
+        .frames_m(0..1)
+        .expect("an accepted frame is read again");
+    assert!(positions.iter().all(|p| p.is_finite()), "finite positions");
     true
+}
+
+/// Most elements along an axis that are read of an accepted array: what it says it has may be much.
+const MOST_READ: usize = 64;
+
+/// Arrays: each is as long as it says.
+pub fn hdf5(file: &[u8]) -> bool {
+    let Ok(opened) = Hdf5::from_bytes(Path::new(NOWHERE), file.to_vec()) else {
+        return false;
+    };
+    let Ok(listed) = opened.list() else {
+        return false;
+    };
+    let mut is_whole = true;
+    for one in &listed {
+        let Ok(array) = opened.array(&one.name) else {
+            is_whole = false;
+            continue;
+        };
+        let lengths = array.shape().iter().map(|&length| length.min(MOST_READ));
+        let piece: Vec<_> = lengths.map(|length| 0..length).collect();
+        // Many axes make many numbers.
+        let count = piece.iter().try_fold(1_usize, |product, range| {
+            Some(product * range.len()).filter(|&count| count <= 1 << 20)
+        });
+        let Some(count) = count else {
+            continue;
+        };
+        let read = match array.kind() {
+            Kind::Single | Kind::Double => array.floats(&piece).map(|numbers| numbers.len()),
+            Kind::Integer => array.integers(&piece).map(|numbers| numbers.len()),
+            _ => continue,
+        };
+        match read {
+            Ok(read) => assert_eq!(read, count, "numbers of `{}`", one.name),
+            Err(_) => is_whole = false,
+        }
+    }
+    is_whole
 }

@@ -44,11 +44,13 @@ pub enum Target {
     Obj,
     /// Meshes in PLY.
     Ply,
+    /// Arrays in HDF5.
+    Hdf5,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Bvh,
         Self::Gltf,
         Self::NpzPoses,
@@ -61,6 +63,7 @@ impl Target {
         Self::Clip,
         Self::Obj,
         Self::Ply,
+        Self::Hdf5,
     ];
 
     /// The name of its fuzzer, such as `npz_poses`.
@@ -78,6 +81,7 @@ impl Target {
             Self::Clip => "clip",
             Self::Obj => "obj",
             Self::Ply => "ply",
+            Self::Hdf5 => "hdf5",
         }
     }
 
@@ -101,6 +105,7 @@ impl Target {
             Self::Clip => seeds::clips::clips(),
             Self::Obj => seeds::meshes::obj(),
             Self::Ply => seeds::meshes::ply(),
+            Self::Hdf5 => seeds::meshes::hdf5(),
         }
     }
 
@@ -118,6 +123,7 @@ impl Target {
             Self::Predictor | Self::Decoder => mutator.onnx(file),
             Self::State => mutator.state(file),
             Self::Clip => mutator.safetensors(file),
+            Self::Hdf5 => mutator.numbers(file),
         }
     }
 
@@ -138,6 +144,7 @@ impl Target {
             Self::Clip => check::clip(file),
             Self::Obj => check::mesh(dynaskin_fit::MeshKind::Obj, file),
             Self::Ply => check::mesh(dynaskin_fit::MeshKind::Ply, file),
+            Self::Hdf5 => check::hdf5(file),
         }
     }
 }

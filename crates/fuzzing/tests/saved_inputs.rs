@@ -69,6 +69,7 @@ targets! {
     clips_are_whole_or_refused: Clip;
     obj_meshes_are_finite_or_refused: Obj;
     ply_meshes_are_finite_or_refused: Ply;
+    hdf5_arrays_are_whole_or_refused: Hdf5;
 }
 
 #[test]

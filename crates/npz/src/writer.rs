@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use npyz::{AutoSerialize, WriterBuilder};
+use npyz::{AutoSerialize, NpyWriter, WriterBuilder};
 use zip::write::SimpleFileOptions;
 
 use crate::NpzError;
@@ -66,6 +66,58 @@ impl Writer {
         written.map_err(|source| self.io("writing", source))
     }
 
+    /// Adds an array like [`Self::array`] whose values come in pieces: `fill` hands them on in C order, and
+    /// gives what it likes. Nothing of the array is held.
+    ///
+    /// # Errors
+    /// As [`Self::array`]. An error that `fill` gives is in the inner result; the archive is then of no use.
+    pub fn stream<T: AutoSerialize + Copy, R, E>(
+        &mut self,
+        key: &str,
+        shape: &[usize],
+        fill: impl FnOnce(&mut dyn FnMut(&[T]) -> Result<(), NpzError>) -> Result<R, E>,
+    ) -> Result<Result<R, E>, NpzError> {
+        let count = shape
+            .iter()
+            .try_fold(1_usize, |product, &length| product.checked_mul(length));
+        let count = count.ok_or_else(|| {
+            NpzError::array(key, "a shape that fits into memory", format!("{shape:?}"))
+        })?;
+        let temporary = self.temporary.clone();
+        let io = |source| NpzError::Io {
+            path: temporary.clone(),
+            action: "writing",
+            source,
+        };
+        let wrong = |written: usize| {
+            let expected = format!("{count} numbers for shape {shape:?}");
+            NpzError::array(key, expected, written.to_string())
+        };
+        let Some(zip) = &mut self.zip else {
+            return Err(wrong(0));
+        };
+        let bytes = count.saturating_mul(size_of::<T>());
+        let mut array = begin_array::<T>(zip, key, shape, bytes as u64).map_err(io)?;
+        let mut written = 0;
+        let given = fill(&mut |values| {
+            written += values.len();
+            if written > count {
+                return Err(wrong(written));
+            }
+            for value in values {
+                array.push(value).map_err(io)?;
+            }
+            Ok(())
+        });
+        if given.is_ok() {
+            if written != count {
+                return Err(wrong(written));
+            }
+            array.finish().map_err(io)?;
+        }
+        Ok(given)
+    }
+
     /// Ends the archive and puts it in its place.
     ///
     /// # Errors
@@ -107,18 +159,26 @@ fn write_array<T: AutoSerialize + Copy>(
     shape: &[usize],
     values: &[T],
 ) -> std::io::Result<()> {
+    let mut array = begin_array::<T>(zip, key, shape, size_of_val(values) as u64)?;
+    for value in values {
+        array.push(value)?;
+    }
+    array.finish()
+}
+
+fn begin_array<'a, T: AutoSerialize>(
+    zip: &'a mut zip::ZipWriter<impl Write + Seek>,
+    key: &str,
+    shape: &[usize],
+    bytes: u64,
+) -> std::io::Result<NpyWriter<T, impl Write + 'a>> {
     // NumPy reads any size; zip must be told about more than 4 GB beforehand.
-    let options = SimpleFileOptions::default()
-        .large_file(size_of_val(values) as u64 > u64::from(u32::MAX) / 2);
+    let options = SimpleFileOptions::default().large_file(bytes > u64::from(u32::MAX) / 2);
     zip.start_file(format!("{key}.npy"), options)?;
     let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
-    let mut writer = npyz::WriteOptions::new()
+    npyz::WriteOptions::new()
         .default_dtype()
         .shape(&shape)
         .writer(zip)
-        .begin_nd()?;
-    for value in values {
-        writer.push(value)?;
-    }
-    writer.finish()
+        .begin_nd()
 }

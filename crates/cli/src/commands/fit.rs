@@ -9,7 +9,8 @@ use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
 use dynaskin_body::{BodyModel, REGION_COUNT, Region, SHAPE_COUNT};
 use dynaskin_fit::{
-    FitOptions, FittedSequence, Objective, Rigidity, ScanOptions, ScanUnit, Scans, fit_sequence,
+    ClipBuilder, FitOptions, FittedFrame, Objective, Rigidity, ScanOptions, ScanUnit, Scans,
+    SequenceFit, sequences,
 };
 use dynaskin_motion::UpAxis;
 use dynaskin_train::ClipName;
@@ -18,25 +19,64 @@ use sha2::{Digest as _, Sha256};
 
 use super::say;
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin fit --body models/female/body.glb --scans dyna_female.h5 --list
+  dynaskin fit --body models/female/body.glb --scans dyna_female.h5 --sequence 50004_hips --rate 60 \\
+    --out fits/50004_hips.npz --clip data/mine/hips__50004.safetensors
+  dynaskin fit --body my_smpl.npz --scans FOLDER_OF_PLY --rate 60 --out hop.npz";
+
 /// Arguments of `dynaskin fit`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct FitArgs {
-    /// Body model: a GLB built by `dynaskin body build`, or an SMPL-family .npz of your own.
-    #[arg(long)]
-    body: PathBuf,
-    /// The sequence, registered to the body's mesh: an .npz file with vertices [frames, vertices,
-    /// 3], or a folder with one OBJ or PLY file a frame, sorted by name.
+    #[command(flatten)]
+    settings: Settings,
+    /// The sequence, registered to the body's mesh: an HDF5 file with a data set [vertices, 3, frames] for
+    /// each sequence, as Dyna and D-FAUST come, an .npz file with vertices [frames, vertices, 3], or a folder
+    /// with one OBJ or PLY file a frame, sorted by name.
     #[arg(long)]
     scans: PathBuf,
-    /// Unit of the scans' coordinates.
-    #[arg(long, value_enum)]
-    unit: Unit,
-    /// Axis of the scans' world that points up.
-    #[arg(long, value_enum, default_value_t = Up::Y)]
-    up: Up,
-    /// Frames per second of the scans.
+    /// Data set of the sequence in an HDF5 file that holds several.
     #[arg(long)]
-    rate: f64,
+    sequence: Option<String>,
+    /// List the sequences of an HDF5 file, and fit nothing.
+    #[arg(long)]
+    list: bool,
+    /// Frames per second of the scans.
+    #[arg(long, required_unless_present = "list")]
+    rate: Option<f64>,
+    /// The subject's ten shape coefficients, separated by commas, where they are known from another
+    /// sequence; without it they are fitted to the first frame.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, num_args = SHAPE_COUNT)]
+    shape: Option<Vec<f32>>,
+    /// Where to write the fit: poses, trans, betas as AMASS names them, and offsets (.npz).
+    #[arg(long, required_unless_present = "list")]
+    out: Option<PathBuf>,
+    /// Also write a clip for `dynaskin train`, named MOTION__SUBJECT.safetensors.
+    #[arg(long)]
+    clip: Option<PathBuf>,
+    /// Replace files that are there.
+    #[arg(long)]
+    overwrite: bool,
+    /// Threads; 0 takes one per processor.
+    #[arg(long, default_value_t = 0)]
+    jobs: usize,
+}
+
+/// How scans are read and fitted: what all sequences of a capture have in common.
+#[derive(Debug, Args)]
+pub(super) struct Settings {
+    /// Body model: a GLB built by `dynaskin body build`, or an SMPL-family .npz of your own.
+    #[arg(long)]
+    pub(super) body: PathBuf,
+    /// Unit of the scans' coordinates; without it the one in which the mesh is as large as a person.
+    #[arg(long, value_enum)]
+    unit: Option<Unit>,
+    /// Axis of the scans' world that points up; without it the one along which the trunk stands in the first
+    /// frame.
+    #[arg(long, value_enum, allow_hyphen_values = true)]
+    up: Option<Up>,
     /// Key of the vertices in an .npz file.
     #[arg(long, default_value = "vertices")]
     key: String,
@@ -47,26 +87,50 @@ pub struct FitArgs {
     /// scans where the body has none.
     #[arg(long, value_enum)]
     rigidity: Option<Weights>,
-    /// The subject's ten shape coefficients, separated by commas, where they are known from another
-    /// sequence; without it they are fitted to the first frame.
-    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, num_args = SHAPE_COUNT)]
-    shape: Option<Vec<f32>>,
     /// Count offsets from the subject's own surface in the first frame, where it must be at rest,
     /// instead of from the surface that β makes.
     #[arg(long)]
     own_surface: bool,
-    /// Where to write the fit: poses, trans, betas as AMASS names them, and offsets (.npz).
-    #[arg(long)]
-    out: PathBuf,
-    /// Also write a clip for `dynaskin train`, named MOTION__SUBJECT.safetensors.
-    #[arg(long)]
-    clip: Option<PathBuf>,
-    /// Replace files that are there.
-    #[arg(long)]
-    overwrite: bool,
-    /// Threads; 0 takes one per processor.
-    #[arg(long, default_value_t = 0)]
-    jobs: usize,
+}
+
+impl Settings {
+    /// How to read a sequence.
+    pub(super) fn scan_options(&self, rate_hz: f64, sequence: Option<&str>) -> ScanOptions {
+        ScanOptions {
+            unit: self.unit.map(|unit| match unit {
+                Unit::M => ScanUnit::Metre,
+                Unit::Cm => ScanUnit::Centimetre,
+                Unit::Mm => ScanUnit::Millimetre,
+            }),
+            up: self.up.map(|up| match up {
+                Up::Y => UpAxis::Y,
+                Up::Z => UpAxis::Z,
+                Up::MinusY => UpAxis::MinusY,
+            }),
+            rate_hz,
+            key: self.key.clone(),
+            sequence: sequence.map(str::to_owned),
+        }
+    }
+
+    /// How to fit a sequence of a person of a shape.
+    pub(super) fn fit_options(
+        &self,
+        body: &BodyModel,
+        shape: Option<[f32; SHAPE_COUNT]>,
+    ) -> FitOptions {
+        FitOptions {
+            objective: self.objective.into(),
+            rigidity: match self.rigidity {
+                None => FitOptions::for_body(body).rigidity,
+                Some(Weights::Body) => Rigidity::Body,
+                Some(Weights::Data) => Rigidity::Data,
+                Some(Weights::Uniform) => Rigidity::Uniform,
+            },
+            shape,
+            own_surface: self.own_surface,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -80,6 +144,8 @@ enum Unit {
 enum Up {
     Y,
     Z,
+    #[value(name = "-y")]
+    MinusY,
 }
 
 /// Where differences are measured, as an argument.
@@ -98,8 +164,14 @@ enum Weights {
 
 /// Runs the command.
 pub fn run(args: &FitArgs) -> anyhow::Result<()> {
+    if args.list {
+        return list(args);
+    }
+    let (Some(out), Some(rate_hz)) = (&args.out, args.rate) else {
+        bail!("--out and --rate are needed");
+    };
     let clip_name = args.clip.as_deref().map(clip_name).transpose()?;
-    for path in [Some(&args.out), args.clip.as_ref()].into_iter().flatten() {
+    for path in [Some(out), args.clip.as_ref()].into_iter().flatten() {
         if path.exists() && !args.overwrite {
             bail!(
                 "{} is there already; --overwrite replaces it",
@@ -107,40 +179,57 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
             );
         }
     }
-    let (body, sha256) = read_body(&args.body)?;
-    let scans = Scans::read(
-        &args.scans,
-        &body,
-        &ScanOptions {
-            unit: match args.unit {
-                Unit::M => ScanUnit::Metre,
-                Unit::Cm => ScanUnit::Centimetre,
-                Unit::Mm => ScanUnit::Millimetre,
-            },
-            up: match args.up {
-                Up::Y => UpAxis::Y,
-                Up::Z => UpAxis::Z,
-            },
-            rate_hz: args.rate,
-            key: args.key.clone(),
-        },
-    )?;
-    let options = options(args, &body)?;
-    let bar = progress_bar(scans.frame_count() as u64);
+    let (body, sha256) = read_body(&args.settings.body)?;
+    let scan_options = args
+        .settings
+        .scan_options(rate_hz, args.sequence.as_deref());
+    let scans = Scans::open(&args.scans, &body, &scan_options)?;
+    for note in &scans.notes {
+        say(note);
+    }
+    let shape = args.shape.as_deref().map(shape_of).transpose()?;
+    let options = args.settings.fit_options(&body, shape);
+    let frames = scans.frame_count() as u64;
+    let reading = progress_bar(frames);
+    reading.set_message("(reading)");
+    scans.check(|read| reading.set_position(read as u64))?;
+    reading.finish_and_clear();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.jobs)
         .build()?;
-    let fitted = pool.install(|| {
-        fit_sequence(&body, &scans, &options, |frames| {
-            bar.set_position(frames as u64);
-        })
+    let mut summary = Summary::new(&body);
+    let shape = pool.install(|| -> anyhow::Result<[f32; SHAPE_COUNT]> {
+        let fit = SequenceFit::begin(&body, &scans, &options)?;
+        let bar = progress_bar(frames);
+        let mut clip = clip_name
+            .is_some()
+            .then(|| ClipBuilder::new(&body, fit.rate_hz(), fit.shape()));
+        let done = |frames: usize| bar.set_position(frames as u64);
+        fit.write_npz(out, done, |frame| {
+            summary.add(frame);
+            if let Some(clip) = &mut clip {
+                clip.push(frame);
+            }
+        })?;
+        bar.finish_and_clear();
+        if let (Some(clip), Some(path), Some(name)) = (clip, &args.clip, &clip_name) {
+            clip.finish(&sha256, name)?.write(path)?;
+        }
+        Ok(fit.shape())
     })?;
-    bar.finish_and_clear();
-    fitted.write_npz(&args.out)?;
-    if let (Some(path), Some(name)) = (&args.clip, &clip_name) {
-        fitted.clip_data(&body, &sha256, name)?.write(path)?;
+    summary.tell(out, rate_hz, &shape);
+    Ok(())
+}
+
+fn list(args: &FitArgs) -> anyhow::Result<()> {
+    let (body, _) = read_body(&args.settings.body)?;
+    for sequence in sequences(&args.scans, &body)? {
+        let frames = match sequence.frame_count {
+            Some(frames) => format!("{frames} frames"),
+            None => "not of this body's mesh".to_owned(),
+        };
+        say(&format!("{} {:?} {frames}", sequence.name, sequence.shape));
     }
-    summarise(&body, &fitted, args);
     Ok(())
 }
 
@@ -192,28 +281,11 @@ fn clip_name(path: &Path) -> anyhow::Result<String> {
     }
 }
 
-fn options(args: &FitArgs, body: &BodyModel) -> anyhow::Result<FitOptions> {
-    let usual = FitOptions::for_body(body);
-    let shape = match &args.shape {
-        None => None,
-        Some(betas) => match <[f32; SHAPE_COUNT]>::try_from(betas.as_slice()) {
-            Ok(betas) => Some(betas),
-            Err(_) => bail!(
-                "--shape has {} numbers, expected {SHAPE_COUNT}",
-                betas.len()
-            ),
-        },
-    };
-    Ok(FitOptions {
-        objective: args.objective.into(),
-        rigidity: match args.rigidity {
-            None => usual.rigidity,
-            Some(Weights::Body) => Rigidity::Body,
-            Some(Weights::Data) => Rigidity::Data,
-            Some(Weights::Uniform) => Rigidity::Uniform,
-        },
-        shape,
-        own_surface: args.own_surface,
+/// Shape coefficients that were given.
+pub(super) fn shape_of(betas: &[f32]) -> anyhow::Result<[f32; SHAPE_COUNT]> {
+    <[f32; SHAPE_COUNT]>::try_from(betas).map_err(|_| {
+        let got = betas.len();
+        anyhow::anyhow!("--shape has {got} numbers, expected {SHAPE_COUNT}")
     })
 }
 
@@ -226,49 +298,63 @@ impl From<Compared> for Objective {
     }
 }
 
-fn summarise(body: &BodyModel, fitted: &FittedSequence, args: &FitArgs) {
-    let mut distances: Vec<f32> = fitted.frames.iter().map(|f| f.rigid_distance_m).collect();
-    distances.sort_by(f32::total_cmp);
-    let last = distances.len() - 1;
-    let betas: Vec<String> = fitted.shape.iter().map(|b| format!("{b:.3}")).collect();
-    let mut text = format!(
-        "{} frames at {} Hz into {}\nshape {}\nrigid skin lies {:.2} mm from the scan (RMS; median \
-         of the frames), {:.2} mm in the worst frame",
-        fitted.frames.len(),
-        fitted.rate_hz,
-        args.out.display(),
-        betas.join(","),
-        distances[last / 2] * 1e3,
-        distances[last] * 1e3,
-    );
-    for (region, (mean_mm, largest_mm)) in Region::ALL.iter().zip(region_offsets(body, fitted)) {
-        if largest_mm > 0.0 {
-            let name = region.name();
-            let _ = write!(
-                text,
-                "\n  {name:<11} offset {mean_mm:6.1} mm mean, {largest_mm:6.1} mm largest"
-            );
-        }
-    }
-    say(&text);
+/// What is told of a fit in the end, added up frame by frame.
+struct Summary<'b> {
+    body: &'b BodyModel,
+    distances_m: Vec<f32>,
+    /// Sum, number and largest of the offsets, in millimetres, of the vertices that are mostly of each
+    /// region.
+    regions: [(f64, f64, f32); REGION_COUNT],
 }
 
-/// Mean and largest offset in millimetres among the vertices that are mostly of each region.
-fn region_offsets(body: &BodyModel, fitted: &FittedSequence) -> [(f32, f32); REGION_COUNT] {
-    let mut results = [(0.0, 0.0); REGION_COUNT];
-    for (weights, result) in body.region_weights.iter().zip(&mut results) {
-        let (mut sum, mut count, mut largest) = (0.0, 0.0, 0.0_f32);
-        for frame in &fitted.frames {
+impl<'b> Summary<'b> {
+    fn new(body: &'b BodyModel) -> Self {
+        Self {
+            body,
+            distances_m: Vec::new(),
+            regions: [(0.0, 0.0, 0.0); REGION_COUNT],
+        }
+    }
+
+    fn add(&mut self, frame: &FittedFrame) {
+        self.distances_m.push(frame.rigid_distance_m);
+        for (weights, (sum, count, largest)) in
+            self.body.region_weights.iter().zip(&mut self.regions)
+        {
             for (offset, &weight) in frame.offsets_rest_m.iter().zip(weights) {
                 if weight > 0.5 {
                     let size_mm = 1e3 * offset.length();
-                    sum += size_mm;
-                    count += 1.0;
-                    largest = largest.max(size_mm);
+                    *sum += f64::from(size_mm);
+                    *count += 1.0;
+                    *largest = largest.max(size_mm);
                 }
             }
         }
-        *result = (sum / f32::max(count, 1.0), largest);
     }
-    results
+
+    fn tell(&mut self, out: &Path, rate_hz: f64, shape: &[f32; SHAPE_COUNT]) {
+        self.distances_m.sort_by(f32::total_cmp);
+        let count = self.distances_m.len();
+        let at = |index: usize| self.distances_m.get(index).copied().unwrap_or_default() * 1e3;
+        let last = count.saturating_sub(1);
+        let betas: Vec<String> = shape.iter().map(|b| format!("{b:.3}")).collect();
+        let mut text = format!(
+            "{count} frames at {rate_hz} Hz into {}\nshape {}\nrigid skin lies {:.2} mm from the scan (RMS; \
+             median of the frames), {:.2} mm in the worst frame",
+            out.display(),
+            betas.join(","),
+            at(last / 2),
+            at(last),
+        );
+        for (region, (sum, count, largest_mm)) in Region::ALL.iter().zip(self.regions) {
+            if largest_mm > 0.0 {
+                let (name, mean_mm) = (region.name(), sum / f64::max(count, 1.0));
+                let _ = write!(
+                    text,
+                    "\n  {name:<11} offset {mean_mm:6.1} mm mean, {largest_mm:6.1} mm largest"
+                );
+            }
+        }
+        say(&text);
+    }
 }

@@ -5,6 +5,7 @@ pub mod bind;
 pub mod body;
 pub mod evaluate;
 pub mod fit;
+pub mod fit_all;
 pub mod fit_check;
 mod motion_files;
 pub mod simulate;

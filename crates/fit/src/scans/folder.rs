@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use dynaskin_body::BodyModel;
 use glam::Vec3;
 
-use super::mesh::{check_frames, vertex_count};
+use super::mesh::{check_frame_count, vertex_count};
 use super::{obj_file, ply_file};
 use crate::FitError;
 
@@ -47,8 +47,8 @@ impl MeshKind {
     }
 }
 
-/// The positions of all files of the folder, `[frame][vertex]`, in the files' unit.
-pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitError> {
+/// The mesh files of a folder, one a frame.
+pub(super) fn list(folder: &Path) -> Result<(Vec<PathBuf>, MeshKind), FitError> {
     let (mut objs, mut plys) = (Vec::new(), Vec::new());
     let io = |source| FitError::Io {
         path: folder.to_owned(),
@@ -74,12 +74,8 @@ pub(super) fn read(folder: &Path, body: &BodyModel) -> Result<Vec<Vec3>, FitErro
         (false, true) => (sorted(objs), MeshKind::Obj),
         (true, false) => (sorted(plys), MeshKind::Ply),
     };
-    check_frames(folder, paths.len(), body.vertex_count())?;
-    let mut positions = Vec::with_capacity(paths.len() * body.vertex_count());
-    for path in &paths {
-        positions.extend(kind.positions(path, &bytes(path)?, body)?);
-    }
-    Ok(positions)
+    check_frame_count(folder, paths.len())?;
+    Ok((paths, kind))
 }
 
 /// By name, with numbers inside names in the order of their values: `scan2` before `scan10`.
@@ -109,7 +105,8 @@ fn natural_key(name: &str) -> Vec<(usize, String)> {
         .collect()
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>, FitError> {
+/// The bytes of a mesh file.
+pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, FitError> {
     let io = |action| {
         move |source| FitError::Io {
             path: path.to_owned(),
@@ -131,7 +128,11 @@ fn bytes(path: &Path) -> Result<Vec<u8>, FitError> {
 /// Faces, where a file has them, must be the body's: a mesh of equally many vertices in another
 /// order would be fitted to nonsense. The order of faces and corners does not matter, and quads may
 /// be split along either diagonal: every edge must be one of the body's.
-fn check_faces(path: &Path, body: &BodyModel, faces: &[Vec<u32>]) -> Result<(), FitError> {
+pub(super) fn check_faces(
+    path: &Path,
+    body: &BodyModel,
+    faces: &[Vec<u32>],
+) -> Result<(), FitError> {
     if faces.is_empty() {
         return Ok(());
     }

@@ -18,6 +18,18 @@ pub(super) struct Mesh {
     pub faces: Vec<Vec<u32>>,
 }
 
+/// Refuses more frames than a motion may have.
+pub(super) fn check_frame_count(path: &Path, frames: usize) -> Result<(), FitError> {
+    if frames <= MAX_CLIP_FRAMES {
+        return Ok(());
+    }
+    Err(FitError::TooLarge {
+        path: path.to_owned(),
+        got: format!("{frames} frames"),
+        limit: format!("{MAX_CLIP_FRAMES} frames"),
+    })
+}
+
 /// Refuses more frames than are held in memory.
 pub(super) fn check_frames(path: &Path, frames: usize, vertices: usize) -> Result<(), FitError> {
     let limit = (MAX_NUMBERS / (3 * vertices.max(1))).min(MAX_CLIP_FRAMES);

@@ -222,6 +222,13 @@ impl<'a> Mutator<'a> {
         container::safetensors(header.to_string().as_bytes(), &data)
     }
 
+    /// A file whose fields are numbers, none of which is a checksum of others: one of them, anywhere.
+    pub fn numbers(&mut self, file: &[u8]) -> Vec<u8> {
+        let mut file = file.to_vec();
+        self.data(&mut file);
+        file
+    }
+
     /// A text file.
     pub fn text_file(&mut self, file: &[u8]) -> Vec<u8> {
         match std::str::from_utf8(file) {

@@ -1,4 +1,4 @@
-//! Meshes of the made-up body.
+//! Meshes of the made-up body, and arrays as captures come in.
 
 use std::fmt::Write as _;
 
@@ -22,6 +22,14 @@ pub fn obj() -> Vec<Vec<u8>> {
 /// As text and in both byte orders.
 pub fn ply() -> Vec<Vec<u8>> {
     vec![ascii(), binary(true), binary(false)]
+}
+
+/// In the versions of the format that h5py writes: packed, in both byte orders, in groups.
+pub fn hdf5() -> Vec<Vec<u8>> {
+    vec![
+        include_bytes!("../../../hdf5/tests/files/made.hdf5").to_vec(),
+        include_bytes!("../../../hdf5/tests/files/latest.hdf5").to_vec(),
+    ]
 }
 
 fn header(format: &str) -> String {

@@ -1,0 +1,279 @@
+//! `dynaskin fit-all`: the captures of several people, each with one shape, fitted side by side.
+
+mod page;
+mod state;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::{Context as _, bail};
+use clap::Args;
+use dynaskin_body::{BodyModel, SHAPE_COUNT};
+use dynaskin_files::FolderLock;
+use dynaskin_fit::{
+    Capture, ClipBuilder, FitError, Scans, SequenceFit, captures, nearest_to_rest, turned_degrees,
+};
+use dynaskin_train::ClipName;
+use indicatif::ProgressBar;
+
+use super::fit::{Settings, progress_bar, read_body, shape_of};
+use super::say;
+use state::Shapes;
+
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin fit-all --body models/female/body.glb --scans dyna_female.h5 --rate 60 --out fits
+  dynaskin fit-all --body my_smpl.npz --scans FOLDER --rate 60 --person 50002 --person 50004 --out fits
+  dynaskin train --data fits/clips --body my_smpl.npz --out my_model";
+
+/// Arguments of `dynaskin fit-all`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct FitAllArgs {
+    #[command(flatten)]
+    settings: Settings,
+    /// An HDF5 file, or a folder of HDF5 files, .npz files and folders of OBJ or PLY files. Sequences are
+    /// named PERSON_MOTION: what stands before the first underscore says whose they are.
+    #[arg(long)]
+    scans: PathBuf,
+    /// Frames per second of the scans.
+    #[arg(long)]
+    rate: f64,
+    /// Only the sequences of this person; may be given several times.
+    #[arg(long)]
+    person: Vec<String>,
+    /// The shape of a person, PERSON=b0,b1,...,b9; without it, it is fitted to the sequence of the person
+    /// that begins nearest to rest.
+    #[arg(long, allow_hyphen_values = true)]
+    shape: Vec<String>,
+    /// Folder for fits (.npz), clips for `dynaskin train` (clips/MOTION__PERSON.safetensors) and report.html.
+    /// What is there is kept and not fitted again.
+    #[arg(long)]
+    out: PathBuf,
+    /// Sequences fitted at a time; 0 takes one per two processors. All processors work in any case.
+    #[arg(long, default_value_t = 0)]
+    jobs: usize,
+}
+
+/// What all sequences of a run share.
+struct Work<'a> {
+    args: &'a FitAllArgs,
+    body: &'a BodyModel,
+    sha256: &'a str,
+    shapes: &'a Shapes,
+    pool: rayon::ThreadPool,
+    bar: ProgressBar,
+}
+
+/// Runs the command.
+pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
+    let (body, sha256) = read_body(&args.settings.body)?;
+    let mut found = captures(&args.scans, &body)?;
+    found.retain(|capture| args.person.is_empty() || args.person.contains(&capture.person));
+    if found.is_empty() {
+        bail!(
+            "{} has no sequence of {}",
+            args.scans.display(),
+            args.person.join(", ")
+        );
+    }
+    let _lock = FolderLock::take(&args.out)?;
+    state::remove_half_written(&args.out);
+    state::check_settings(&args.out, &settings_text(args, &sha256))?;
+    let clips = args.out.join("clips");
+    fs::create_dir_all(&clips).with_context(|| format!("cannot make {}", clips.display()))?;
+    let shapes = shapes(args, &body, &found)?;
+    let failed = fit_all(args, &body, &sha256, &shapes, &found)?;
+    let page = args.out.join("report.html");
+    page::write(&page, &body, &args.out, &found, &shapes, &failed)?;
+    say(&format!(
+        "{} of {} sequences are fitted; {} shows them",
+        found.len() - failed.len(),
+        found.len(),
+        page.display()
+    ));
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let reasons: Vec<String> = failed
+        .iter()
+        .map(|(name, reason)| format!("  {name}: {reason}"))
+        .collect();
+    bail!(
+        "{} sequences could not be fitted:\n{}",
+        failed.len(),
+        reasons.join("\n")
+    )
+}
+
+/// What must be the same for fits in one folder to go together.
+fn settings_text(args: &FitAllArgs, sha256: &str) -> String {
+    let settings = format!("{:?}", args.settings);
+    // The body may lie elsewhere, if it is the same one.
+    let body = format!("{:?}", args.settings.body);
+    let settings = settings.replace(&body, sha256);
+    format!("{settings} at {} Hz", args.rate)
+}
+
+/// The shape of each person: given, known from a run before, or fitted to the sequence nearest to rest.
+fn shapes(args: &FitAllArgs, body: &BodyModel, found: &[Capture]) -> anyhow::Result<Shapes> {
+    let mut shapes = Shapes::read(&args.out)?;
+    for given in &args.shape {
+        let Some((person, betas)) = given.split_once('=') else {
+            bail!("--shape {given}: expected PERSON=b0,b1,...,b9");
+        };
+        let betas: Result<Vec<f32>, _> = betas.split(',').map(|beta| beta.trim().parse()).collect();
+        let betas = betas.with_context(|| format!("--shape {given}: expected numbers"))?;
+        shapes.give(person, shape_of(&betas)?)?;
+    }
+    let new: Vec<Capture> = found
+        .iter()
+        .filter(|capture| !shapes.has(&capture.person))
+        .cloned()
+        .collect();
+    let bar = progress_bar(new.len() as u64);
+    bar.set_message("(looking for rest; sequences, not frames)");
+    // A sequence that cannot be read is told when it is its turn.
+    let degrees: Vec<Option<f64>> = new
+        .iter()
+        .map(|capture| {
+            bar.inc(1);
+            let scans = open(args, body, capture).ok()?;
+            turned_degrees(body, &scans).ok()
+        })
+        .collect();
+    bar.finish_and_clear();
+    for (person, (capture, degrees)) in nearest_to_rest(&new, &degrees)? {
+        let scans = open(args, body, capture)?;
+        let fit = SequenceFit::begin(body, &scans, &args.settings.fit_options(body, None))
+            .with_context(|| capture.name.clone())?;
+        say(&format!(
+            "{person}: shape from {}, which begins {degrees:.0} degrees from rest",
+            capture.name
+        ));
+        shapes.found(person, &capture.name, degrees, fit.shape());
+    }
+    shapes.write(&args.out)?;
+    Ok(shapes)
+}
+
+fn open<'b>(
+    args: &FitAllArgs,
+    body: &'b BodyModel,
+    capture: &Capture,
+) -> Result<Scans<'b>, FitError> {
+    let options = args
+        .settings
+        .scan_options(args.rate, capture.sequence.as_deref());
+    Scans::open(&capture.path, body, &options)
+}
+
+/// Fits what is not there yet. Gives why sequences could not be fitted, by name.
+fn fit_all(
+    args: &FitAllArgs,
+    body: &BodyModel,
+    sha256: &str,
+    shapes: &Shapes,
+    found: &[Capture],
+) -> anyhow::Result<BTreeMap<String, String>> {
+    let mut failed = BTreeMap::new();
+    let mut waiting = Vec::new();
+    let mut frames = 0;
+    for capture in found {
+        if is_there(&args.out, capture) {
+            continue;
+        }
+        // Opened once more when it is its turn: many files are not held open.
+        match open(args, body, capture) {
+            Ok(scans) => {
+                frames += scans.frame_count() as u64;
+                waiting.push(capture);
+            }
+            Err(error) => {
+                failed.insert(capture.name.clone(), error.to_string());
+            }
+        }
+    }
+    let there = found.len() - waiting.len() - failed.len();
+    if there > 0 {
+        say(&format!("{there} sequences are there already"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().build()?;
+    let jobs = match args.jobs {
+        0 => pool.current_num_threads().div_ceil(2),
+        jobs => jobs,
+    };
+    let work = Work {
+        args,
+        body,
+        sha256,
+        shapes,
+        pool,
+        bar: progress_bar(frames),
+    };
+    let next = AtomicUsize::new(0);
+    let told = Mutex::new(failed);
+    std::thread::scope(|scope| {
+        for _ in 0..jobs.min(waiting.len()) {
+            scope.spawn(|| {
+                while let Some(capture) = waiting.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if let Err(error) = fit_one(&work, capture) {
+                        let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+                        told.insert(capture.name.clone(), format!("{error:#}"));
+                    }
+                }
+            });
+        }
+    });
+    work.bar.finish_and_clear();
+    Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+fn fit_one(work: &Work<'_>, capture: &Capture) -> anyhow::Result<()> {
+    let (args, body) = (work.args, work.body);
+    let shape: [f32; SHAPE_COUNT] = work
+        .shapes
+        .of(&capture.person)
+        .context("its person has no shape: no sequence of the person can be read")?;
+    let name = clip_name(capture);
+    if ClipName::parse(&name).is_none() {
+        bail!("`{name}` is no name of a clip; name the sequence PERSON_MOTION, such as 50002_hips");
+    }
+    let scans = open(args, body, capture)?;
+    scans.check(|_| ())?;
+    work.pool.install(|| -> anyhow::Result<()> {
+        let options = args.settings.fit_options(body, Some(shape));
+        let fit = SequenceFit::begin(body, &scans, &options)?;
+        let mut clip = ClipBuilder::new(body, fit.rate_hz(), fit.shape());
+        let done = |_: usize| work.bar.inc(1);
+        fit.write_npz(&fit_path(&args.out, capture), done, |frame| {
+            clip.push(frame)
+        })?;
+        clip.finish(work.sha256, &name)?
+            .write(&clip_path(&args.out, capture))?;
+        Ok(())
+    })
+}
+
+/// The fit of a sequence.
+fn fit_path(out: &Path, capture: &Capture) -> PathBuf {
+    out.join(format!("{}.npz", capture.name))
+}
+
+fn clip_name(capture: &Capture) -> String {
+    // What stands between motion and person may not stand in them.
+    format!("{}__{}", capture.motion.replace("__", "_"), capture.person)
+}
+
+fn clip_path(out: &Path, capture: &Capture) -> PathBuf {
+    out.join("clips")
+        .join(format!("{}.safetensors", clip_name(capture)))
+}
+
+/// Whether a sequence is fitted: its clip is written last.
+fn is_there(out: &Path, capture: &Capture) -> bool {
+    fit_path(out, capture).exists() && clip_path(out, capture).exists()
+}

@@ -1,0 +1,183 @@
+//! Captures of several people: which sequences there are, whose they are, and which of them tells a person's
+//! shape.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dynaskin_body::{BodyModel, Joint};
+use glam::DQuat;
+
+use crate::scans::{is_hdf5, sequences};
+use crate::start::{Parts, pose_by_parts};
+use crate::{FitError, Scans};
+
+/// A mean turn of the joints, in degrees, up to which a person counts as standing at rest.
+pub const REST_DEGREES: f64 = 15.0;
+
+/// A sequence of a person.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Capture {
+    /// Its name: of its data set, file or folder.
+    pub name: String,
+    /// Whose it is: its name up to the first underscore.
+    pub person: String,
+    /// What is done in it: the rest of its name.
+    pub motion: String,
+    /// The file or folder.
+    pub path: PathBuf,
+    /// Its data set, where it is in an HDF5 file.
+    pub sequence: Option<String>,
+}
+
+impl Capture {
+    fn new(path: &Path, name: &str, sequence: Option<&str>) -> Result<Self, FitError> {
+        match name.split_once('_') {
+            Some((person, motion)) if !person.is_empty() && !motion.is_empty() => Ok(Self {
+                name: name.to_owned(),
+                person: person.to_owned(),
+                motion: motion.to_owned(),
+                path: path.to_owned(),
+                sequence: sequence.map(str::to_owned),
+            }),
+            _ => Err(FitError::NoPerson {
+                path: path.to_owned(),
+                name: name.to_owned(),
+            }),
+        }
+    }
+}
+
+/// The sequences of an HDF5 file, or those of a folder: data sets of its HDF5 files, its `.npz` files, and
+/// its folders of OBJ or PLY files; sorted by name.
+///
+/// # Errors
+/// [`FitError`] where nothing is there, a name has no person, two sequences have the same name, or a file
+/// cannot be listed.
+pub fn captures(path: &Path, body: &BodyModel) -> Result<Vec<Capture>, FitError> {
+    let mut found = Vec::new();
+    if path.is_dir() {
+        for entry in listing(path)? {
+            add_entry(&entry, path, body, &mut found)?;
+        }
+    } else if is_hdf5(path)? {
+        add_data_sets(path, body, &mut found)?;
+    }
+    if found.is_empty() {
+        return Err(FitError::NoCaptures {
+            path: path.to_owned(),
+        });
+    }
+    found.sort_by(|a, b| a.name.cmp(&b.name));
+    match found.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        None => Ok(found),
+        Some(pair) => Err(FitError::SameName {
+            name: pair[0].name.clone(),
+            first: pair[0].path.clone(),
+            second: pair[1].path.clone(),
+        }),
+    }
+}
+
+fn listing(folder: &Path) -> Result<Vec<PathBuf>, FitError> {
+    let io = |source| FitError::Io {
+        path: folder.to_owned(),
+        action: "listing",
+        source,
+    };
+    let entries = fs::read_dir(folder).map_err(io)?;
+    entries
+        .map(|entry| entry.map(|entry| entry.path()).map_err(io))
+        .collect()
+}
+
+fn add_entry(
+    entry: &Path,
+    folder: &Path,
+    body: &BodyModel,
+    found: &mut Vec<Capture>,
+) -> Result<(), FitError> {
+    let name =
+        |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    if entry.is_dir() {
+        if listing(entry)?.iter().any(|path| is_mesh(path)) {
+            found.push(Capture::new(entry, &name(entry.file_name()), None)?);
+        }
+    } else if is_mesh(entry) {
+        return Err(FitError::OneSequence {
+            path: folder.to_owned(),
+        });
+    } else if ends_with(entry, &["npz"]) {
+        found.push(Capture::new(entry, &name(entry.file_stem()), None)?);
+    } else if ends_with(entry, &["h5", "hdf5", "hdf"]) {
+        add_data_sets(entry, body, found)?;
+    }
+    Ok(())
+}
+
+fn add_data_sets(path: &Path, body: &BodyModel, found: &mut Vec<Capture>) -> Result<(), FitError> {
+    for sequence in sequences(path, body)? {
+        let name = sequence.name.rsplit('/').next().unwrap_or_default();
+        found.push(Capture::new(path, name, Some(&sequence.name))?);
+    }
+    Ok(())
+}
+
+fn is_mesh(path: &Path) -> bool {
+    ends_with(path, &["obj", "ply"])
+}
+
+fn ends_with(path: &Path, endings: &[&str]) -> bool {
+    path.extension()
+        .is_some_and(|end| endings.iter().any(|known| end.eq_ignore_ascii_case(known)))
+}
+
+/// By how many degrees the joints are turned from rest in the first frame, on average over all but the
+/// pelvis. Found from each body part's rotation, so that no shape need be known.
+///
+/// # Errors
+/// As [`Scans::frames_m`].
+pub fn turned_degrees(body: &BodyModel, scans: &Scans<'_>) -> Result<f64, FitError> {
+    let first_m = scans.frames_m(0..1)?;
+    let mean_shape = body.shaped(&Default::default());
+    let weights = vec![1.0; first_m.len()];
+    let pose = pose_by_parts(&mean_shape, &first_m, &weights, &Parts::new(body));
+    let turns = &pose.parent_from_joint[Joint::Pelvis as usize + 1..];
+    let sum: f64 = turns
+        .iter()
+        .map(|turn| turn.angle_between(DQuat::IDENTITY).to_degrees())
+        .sum();
+    Ok(sum / turns.len() as f64)
+}
+
+/// Of each person the sequence whose first frame is nearest to rest, with its [`turned_degrees`].
+/// `captures` and `degrees` go together; a capture without degrees is passed over.
+///
+/// # Errors
+/// [`FitError::NeverAtRest`] for a person whose sequences all begin far from rest.
+pub fn nearest_to_rest<'c>(
+    captures: &'c [Capture],
+    degrees: &[Option<f64>],
+) -> Result<BTreeMap<&'c str, (&'c Capture, f64)>, FitError> {
+    let mut nearest: BTreeMap<&str, (&Capture, f64)> = BTreeMap::new();
+    for (capture, degrees) in captures.iter().zip(degrees) {
+        let Some(degrees) = *degrees else {
+            continue;
+        };
+        let best = nearest.entry(&capture.person).or_insert((capture, degrees));
+        if degrees < best.1 {
+            *best = (capture, degrees);
+        }
+    }
+    match nearest
+        .values()
+        .find(|(_, degrees)| *degrees > REST_DEGREES)
+    {
+        None => Ok(nearest),
+        Some((capture, degrees)) => Err(FitError::NeverAtRest {
+            person: capture.person.clone(),
+            nearest: capture.name.clone(),
+            degrees: *degrees,
+        }),
+    }
+}

@@ -1,0 +1,122 @@
+//! Whose sequences are, and which of them tells a person's shape.
+
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{female, rest_mesh};
+use dynaskin_body::{Joint, Pose, SHAPE_COUNT, SkinMatrices, skin_linear};
+use dynaskin_fit::{Capture, ScanOptions, Scans, captures, nearest_to_rest, turned_degrees};
+use glam::{DQuat, Vec3};
+
+fn capture(name: &str) -> Capture {
+    let (person, motion) = name.split_once('_').unwrap();
+    Capture {
+        name: name.to_owned(),
+        person: person.to_owned(),
+        motion: motion.to_owned(),
+        path: Path::new(name).to_owned(),
+        sequence: None,
+    }
+}
+
+#[test]
+fn a_folder_has_sequences_of_people() {
+    let body = female();
+    let folder = tempfile::tempdir().unwrap();
+    let told = |words: &[&str]| {
+        let text = captures(folder.path(), &body).unwrap_err().to_string();
+        for word in words {
+            assert!(text.contains(word), "`{word}` is missing in: {text}");
+        }
+    };
+    told(&["holds no captures", "PERSON_MOTION"]);
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("50004_one_leg_jump")).unwrap();
+    fs::write(at("50004_one_leg_jump/0001.ply"), "").unwrap();
+    fs::create_dir(at("notes")).unwrap();
+    fs::write(at("50002_hips.npz"), "").unwrap();
+    fs::write(at("readme.txt"), "").unwrap();
+    let found = captures(folder.path(), &body).unwrap();
+    let names: Vec<_> = found
+        .iter()
+        .map(|one| (one.person.as_str(), one.motion.as_str()))
+        .collect();
+    assert_eq!(names, [("50002", "hips"), ("50004", "one_leg_jump")]);
+
+    fs::create_dir(at("50002_hips")).unwrap();
+    fs::write(at("50002_hips/0001.obj"), "").unwrap();
+    told(&["both hold a sequence `50002_hips`"]);
+    fs::remove_dir_all(at("50002_hips")).unwrap();
+    fs::write(at("hips.npz"), "").unwrap();
+    told(&["`hips` does not say whose it is"]);
+    fs::remove_file(at("hips.npz")).unwrap();
+    fs::write(at("0001.ply"), "").unwrap();
+    told(&["one sequence"]);
+}
+
+#[test]
+fn shapes_are_from_the_sequence_that_begins_nearest_to_rest() {
+    let all = ["a_run", "a_stand", "b_walk"].map(capture);
+    let nearest = nearest_to_rest(&all, &[Some(9.0), Some(3.0), Some(4.0)]).unwrap();
+    assert_eq!(
+        (nearest["a"].0.name.as_str(), nearest["a"].1),
+        ("a_stand", 3.0)
+    );
+    // One that cannot be read tells nothing.
+    let nearest = nearest_to_rest(&all, &[Some(9.0), None, Some(4.0)]).unwrap();
+    assert_eq!(nearest["a"].0.name, "a_run");
+    let error = nearest_to_rest(&all, &[Some(9.0), None, Some(30.0)]).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.contains("sequence of b") && text.contains("b_walk"),
+        "{text}"
+    );
+    assert!(
+        text.contains("--shape b=") && text.contains("30 degrees"),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_distance_from_rest_counts_all_joints_but_the_pelvis() {
+    let body = female();
+    let shaped = body.shaped(&[1.0; SHAPE_COUNT]);
+    let posed = |pose: &Pose| {
+        let matrices = SkinMatrices::new(pose, &shaped.joints_m);
+        let mut world_m = vec![Vec3::ZERO; body.vertex_count()];
+        skin_linear(&shaped.positions_m, &body.skin, &matrices, &mut world_m);
+        world_m
+    };
+    let degrees = |world_m: Vec<Vec3>| {
+        let options = ScanOptions {
+            unit: None,
+            up: None,
+            rate_hz: 60.0,
+            key: String::new(),
+            sequence: None,
+        };
+        let scans = Scans::new(Path::new("scan"), &body, world_m, &options).unwrap();
+        turned_degrees(&body, &scans).unwrap()
+    };
+    let rest = degrees(rest_mesh(&body));
+    assert!(rest < 0.1, "{rest}");
+    let mut pose = Pose::REST;
+    pose.parent_from_joint[0] = DQuat::from_rotation_y(1.5);
+    let turned = degrees(posed(&pose));
+    assert!(turned < 5.0, "{turned}");
+    for joint in [
+        Joint::LeftKnee,
+        Joint::RightKnee,
+        Joint::LeftHip,
+        Joint::RightHip,
+    ] {
+        pose.parent_from_joint[joint as usize] = DQuat::from_rotation_x(1.5);
+    }
+    let sitting = degrees(posed(&pose));
+    assert!(sitting > turned + 12.0, "{sitting}");
+}

@@ -1,0 +1,3 @@
+#![no_main]
+
+dynaskin_fuzz::fuzz_reader!(Hdf5);
