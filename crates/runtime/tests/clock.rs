@@ -409,7 +409,7 @@ fn restored(clip: &Clip, time: f64, rate_hz: f64) -> Pose {
 fn slow_displays_lose_what_they_cannot_sample() {
     let model = shipped::model("female");
     for (kind, least_m) in [
-        (ProceduralKind::Hop, 3e-4),
+        (ProceduralKind::Hop, 2e-4),
         (ProceduralKind::RunInPlace, 1e-3),
     ] {
         let clip = shipped::clip(kind, &shipped::avatar(&model));
