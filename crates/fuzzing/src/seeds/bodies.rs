@@ -16,7 +16,8 @@ pub fn glb() -> Vec<Vec<u8>> {
     full.colors_srgba = vec![[200, 150, 120, 255]; n];
     let mut corrected = full.clone();
     corrected.pose_dirs_m = vec![vec![Vec3::new(0.01, -0.003, 0.0); n]; POSE_DIR_COUNT];
-    let written = [bare, full, corrected].map(|body| body.to_glb().expect("the made-up body can be written"));
+    let written =
+        [bare, full, corrected].map(|body| body.to_glb().expect("the made-up body can be written"));
     written.to_vec()
 }
 
