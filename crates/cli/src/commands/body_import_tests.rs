@@ -222,6 +222,27 @@ fn a_body_of_smpls_layout_comes_back_and_moves_as_the_equations_say() {
 }
 
 #[test]
+fn regions_of_another_body_lie_where_its_own_are() {
+    let [female, male] = [Sex::Female, Sex::Male].map(|sex| lending_body(&models(), sex).unwrap());
+    let options = BindOptions::adult();
+    let taken = transfer(&male, &female, &options).unwrap();
+    assert!(taken.regions_off.is_empty(), "{:?}", taken.regions_off);
+    let regions = male.region_weights.iter().zip(&taken.region_weights);
+    for (region, (own, taken)) in regions.enumerate() {
+        let shared: f32 = own.iter().zip(taken).map(|(a, b)| a.min(*b)).sum();
+        let either: f32 = own.iter().zip(taken).map(|(a, b)| a.max(*b)).sum();
+        assert!(
+            shared > 0.6 * either,
+            "region {region}: {}",
+            shared / either
+        );
+    }
+    let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+    let ratio = mean(&taken.thickness_m) / mean(&male.thickness_template_m);
+    assert!((0.5..2.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
 fn fingers_are_said_to_have_become_hands() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("smplh.npz");
