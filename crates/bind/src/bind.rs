@@ -1,31 +1,20 @@
 //! The whole way from an avatar to its binding.
 
 use dynaskin_binding::{
-    Binding, CLOSE_M, MeshBinding, MeshReport, Proportions, RegionOff, Report, Rows,
-    fingerprint_of_body, fingerprint_of_mesh, rotation_of,
+    Binding, MeshBinding, MeshReport, Report, Rows, fingerprint_of_body, fingerprint_of_mesh,
+    rotation_of,
 };
-use dynaskin_body::{BodyModel, REGION_COUNT, Region};
+use dynaskin_body::BodyModel;
 use dynaskin_motion::Drive;
 use dynaskin_skeleton::Joint;
 use glam::{DMat3, DVec3, Mat3, Quat, Vec3};
 
 use crate::BindError;
-use crate::align::alignment;
 use crate::avatar::{Avatar, SkinnedMesh};
-use crate::basis::Placement;
-use crate::bones::Bones;
-use crate::correspond::{Link, Places};
 use crate::double_motion::is_tissue_bone;
-use crate::drape::draped;
-use crate::fit::fit_shape;
-use crate::inpaint;
-use crate::limbs::{FittedBody, fit_limbs};
-use crate::parts::Part;
-use crate::proportions::{self, GUARDED_CROWN_TO_SHOULDER, GUARDED_MEDIAN_M};
+use crate::matched::{Matched, matched, takes};
 use crate::rig::rig;
 use crate::rows::{Row, rows};
-use crate::samples::Samples;
-use crate::skin::Skin;
 
 /// What the caller says of an avatar.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,160 +74,31 @@ pub fn bind_watched(
     options: &BindOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Bound, BindError> {
-    if options.depicts.as_deref() != Some("adult") {
-        return Err(BindError::Undeclared {
-            declared: options.depicts.clone(),
-        });
-    }
-    if body.region_weights.len() != REGION_COUNT {
-        return Err(BindError::Body("it has no soft regions"));
-    }
-    if body.vertex_count() > usize::from(u16::MAX) {
-        return Err(BindError::Body("it has more than 65,535 vertices"));
-    }
-    avatar.check()?;
-    let bones = Bones::find(avatar, &options.bones)?;
-    let skin = Skin::new(avatar, &bones)?;
-    let largest: Vec<Option<Part>> = skin.parts.iter().map(|parts| parts.largest()).collect();
-    let proportions = proportions::measured(&bones, &skin.positions_m, &largest);
-    proportions::check(&proportions)?;
-    progress(0.1);
-
-    let samples = Samples::new(body, &skin);
-    let turns = alignment(&bones, &body.joint_template_m);
-    let placement = fit_shape(body, &bones, &samples, &turns)?;
-    progress(0.3);
-    let fitted = fit_limbs(body, &bones, &samples, &placement, turns)?;
-    progress(0.45);
-    let draped_m = draped(body, &samples, &fitted.positions_m)?;
-    progress(0.6);
-    let places = Places::new(body, &draped_m, &fitted.positions_m);
-    let mut links = places.links(&skin);
-    let closeness = Closeness::new(&skin, &places, &links);
-    let distance_m = |link: &Option<Link>| link.map_or(f32::NAN, |link| link.distance_m);
-    let distances_m = links.iter().map(distance_m).collect();
-    progress(0.75);
-    inpaint::fill(&skin, &places, &mut links)?;
-    progress(0.9);
-    let regions_off = regions_off(&proportions, &closeness);
-    let rows = rows(&skin, &links, &takes(body, !regions_off.is_empty()));
+    let matched = matched(avatar, body, options, progress)?;
+    let is_guarded = !matched.regions_off.is_empty();
+    let rows = rows(&matched.skin, &matched.links, &takes(body, is_guarded));
     Ok(assembled(&Found {
         avatar,
         body,
-        bones,
-        skin,
-        proportions,
-        placement,
-        fitted,
-        draped_m: draped_m.clone(),
-        closeness,
-        regions_off,
+        matched,
         rows,
-        distances_m,
     }))
-}
-
-/// How closely the fitted body lies under the skin.
-struct Closeness {
-    share_close: f32,
-    share_close_bare: f32,
-    /// Without the drape.
-    median_m: f32,
-}
-
-impl Closeness {
-    fn new(skin: &Skin, places: &Places<'_>, links: &[Option<Link>]) -> Self {
-        let found = || {
-            links
-                .iter()
-                .enumerate()
-                .filter_map(|(vertex, link)| Some((vertex, (*link)?)))
-        };
-        let draped_m: Vec<f32> = found().map(|(_, link)| link.distance_m).collect();
-        let mut bare_m: Vec<f32> = found()
-            .map(|(vertex, link)| places.bare_distance_m(skin.positions_m[vertex], &link.at))
-            .collect();
-        bare_m.sort_by(f32::total_cmp);
-        let share = |distances_m: &[f32]| {
-            let close = distances_m
-                .iter()
-                .filter(|distance_m| **distance_m <= CLOSE_M)
-                .count();
-            close as f32 / distances_m.len().max(1) as f32
-        };
-        Self {
-            share_close: share(&draped_m),
-            share_close_bare: share(&bare_m),
-            // Nothing near the body fits it badly.
-            median_m: bare_m
-                .get(bare_m.len() / 2)
-                .copied()
-                .unwrap_or(f32::INFINITY),
-        }
-    }
-}
-
-/// Chest and buttocks, where proportions or fit do not show an adult for sure. No option turns them on.
-fn regions_off(proportions: &Proportions, closeness: &Closeness) -> Vec<RegionOff> {
-    let reason = if proportions::is_guarded(proportions) {
-        format!(
-            "crown to shoulder is {:.3} of the stature, {GUARDED_CROWN_TO_SHOULDER} and more",
-            proportions.crown_to_shoulder
-        )
-    } else if !matches!(f64::from(closeness.median_m), 0.0..=GUARDED_MEDIAN_M) {
-        format!(
-            "half of the skin lies {:.0} mm and more from the body",
-            1e3 * closeness.median_m
-        )
-    } else {
-        return Vec::new();
-    };
-    [Region::Chest, Region::Buttocks]
-        .map(|region| RegionOff {
-            region: region.name().to_owned(),
-            reason: reason.clone(),
-        })
-        .to_vec()
-}
-
-/// How much of each body vertex's offset may be taken: none where it never moves, and none of chest and
-/// buttocks where these are off.
-fn takes(body: &BodyModel, is_guarded: bool) -> Vec<f32> {
-    let weight = |region: Region, vertex: usize| body.region_weights[region as usize][vertex];
-    (0..body.vertex_count())
-        .map(|vertex| {
-            let softness = body.softness(vertex);
-            if softness <= 0.0 {
-                return 0.0;
-            }
-            if !is_guarded {
-                return 1.0;
-            }
-            let off = weight(Region::Chest, vertex) + weight(Region::Buttocks, vertex);
-            (1.0 - off / softness).clamp(0.0, 1.0)
-        })
-        .collect()
 }
 
 /// Everything that was found of an avatar.
 struct Found<'a> {
     avatar: &'a Avatar,
     body: &'a BodyModel,
-    bones: Bones,
-    skin: Skin,
-    proportions: Proportions,
-    placement: Placement,
-    fitted: FittedBody,
-    draped_m: Vec<Vec3>,
-    closeness: Closeness,
-    regions_off: Vec<RegionOff>,
+    matched: Matched,
     rows: Vec<Row>,
-    /// Metres, `[welded]`.
-    distances_m: Vec<f32>,
 }
 
 fn assembled(found: &Found<'_>) -> Bound {
-    let rig = rig(found.avatar, &found.bones, found.fitted.turns);
+    let rig = rig(
+        found.avatar,
+        &found.matched.bones,
+        found.matched.fitted.turns,
+    );
     // Rows are numbered in the order in which vertices first need them.
     let mut number: Vec<Option<u32>> = vec![None; found.rows.len()];
     let mut kept: Vec<&[(u16, f32)]> = Vec::new();
@@ -246,7 +106,7 @@ fn assembled(found: &Found<'_>) -> Bound {
     let (mut skin_m, mut coverage, mut distances_m) = (Vec::new(), Vec::new(), Vec::new());
     let mut first = 0;
     for mesh in &found.avatar.meshes {
-        let welded = &found.skin.welded[first..first + mesh.positions.len()];
+        let welded = &found.matched.skin.welded[first..first + mesh.positions.len()];
         first += mesh.positions.len();
         let (mut vertices, mut of_vertices) = (Vec::new(), Vec::new());
         for (vertex, welded) in welded.iter().enumerate() {
@@ -265,7 +125,7 @@ fn assembled(found: &Found<'_>) -> Bound {
         skin_m.push(
             welded
                 .iter()
-                .map(|at| found.skin.positions_m[*at as usize])
+                .map(|at| found.matched.skin.positions_m[*at as usize])
                 .collect(),
         );
         let taken = |at: &u32| {
@@ -276,7 +136,7 @@ fn assembled(found: &Found<'_>) -> Bound {
                 .sum()
         };
         coverage.push(welded.iter().map(taken).collect());
-        let distance_m = |at: &u32| found.distances_m[*at as usize];
+        let distance_m = |at: &u32| found.matched.distances_m[*at as usize];
         distances_m.push(welded.iter().map(distance_m).collect());
         meshes.push(found.mesh(mesh, vertices, of_vertices));
     }
@@ -285,18 +145,18 @@ fn assembled(found: &Found<'_>) -> Bound {
     Bound {
         binding: Binding {
             body: fingerprint_of_body(found.body),
-            shape: found.placement.shape.map(|beta| beta as f32),
-            size: found.placement.size as f32,
+            shape: found.matched.placement.shape.map(|beta| beta as f32),
+            size: found.matched.placement.size as f32,
             rig,
             rows,
             meshes,
             report,
         },
-        fitted_m: found.draped_m.clone(),
+        fitted_m: found.matched.draped_m.clone(),
         skin_m,
         coverage,
         distances_m,
-        ahead: found.bones.left().cross(DVec3::Y).as_vec3(),
+        ahead: found.matched.bones.left().cross(DVec3::Y).as_vec3(),
     }
 }
 
@@ -315,7 +175,7 @@ fn turns(drive: Drive, node: usize) -> bool {
 impl Found<'_> {
     fn mesh(&self, mesh: &SkinnedMesh, vertices: Vec<u32>, rows: Vec<u32>) -> MeshBinding {
         let linear = |vertex: usize| {
-            let bind = &self.bones.bind;
+            let bind = &self.matched.bones.bind;
             bind.world_from_vertex(mesh, &mesh.influences[vertex])
                 .matrix3
         };
@@ -352,14 +212,15 @@ impl Found<'_> {
     fn report(&self, meshes: &[MeshBinding]) -> Report {
         let name = |node: usize| self.avatar.nodes[node].name.clone();
         let bone = |joint: Joint| {
-            let name = match self.bones.drives[joint as usize] {
+            let name = match self.matched.bones.drives[joint as usize] {
                 Drive::Joint(node) => name(node),
                 Drive::Between(low, high, _) => format!("{} + {}", name(low), name(high)),
                 Drive::Parent => return None,
             };
             Some((joint.name().to_owned(), name))
         };
-        let is_missing = |joint: &Joint| self.bones.drives[*joint as usize] == Drive::Parent;
+        let is_missing =
+            |joint: &Joint| self.matched.bones.drives[*joint as usize] == Drive::Parent;
         let missing = Joint::ALL.iter().filter(|joint| is_missing(joint));
         let of_meshes = self.avatar.meshes.iter().zip(meshes);
         let mut double_motion: Vec<String> = self
@@ -368,7 +229,14 @@ impl Found<'_> {
             .iter()
             .flat_map(|mesh| &mesh.joints)
             // What is called a chest may well be the spine.
-            .filter(|node| !self.bones.drives.iter().any(|drive| turns(*drive, **node)))
+            .filter(|node| {
+                !self
+                    .matched
+                    .bones
+                    .drives
+                    .iter()
+                    .any(|drive| turns(*drive, **node))
+            })
             .map(|node| name(*node))
             .filter(|name| is_tissue_bone(name))
             .collect();
@@ -377,10 +245,10 @@ impl Found<'_> {
         Report {
             bones: Joint::ALL.into_iter().filter_map(bone).collect(),
             missing: missing.map(|joint| joint.name().to_owned()).collect(),
-            proportions: self.proportions,
-            share_close: self.closeness.share_close,
-            share_close_bare: self.closeness.share_close_bare,
-            median_m: self.closeness.median_m,
+            proportions: self.matched.proportions,
+            share_close: self.matched.closeness.share_close,
+            share_close_bare: self.matched.closeness.share_close_bare,
+            median_m: self.matched.closeness.median_m,
             vertices: self.avatar.vertex_count() as u32,
             moving: meshes.iter().map(|mesh| mesh.vertices.len() as u32).sum(),
             meshes: of_meshes
@@ -391,9 +259,9 @@ impl Found<'_> {
                     moving: bound.vertices.len() as u32,
                 })
                 .collect(),
-            regions_off: self.regions_off.clone(),
+            regions_off: self.matched.regions_off.clone(),
             double_motion,
-            notes: self.bones.notes.clone(),
+            notes: self.matched.bones.notes.clone(),
         }
     }
 }

@@ -19,6 +19,7 @@ mod fit;
 mod gltf;
 mod inpaint;
 mod limbs;
+mod matched;
 mod nameless;
 mod parts;
 mod proportions;
@@ -27,6 +28,7 @@ mod rows;
 mod samples;
 mod skin;
 mod surface;
+mod transfer;
 
 pub use avatar::{Avatar, Influences, MAX_INFLUENCES, MAX_VERTICES, Node, SkinnedMesh};
 pub use bind::{BindOptions, Bound, bind, bind_watched};
@@ -40,3 +42,4 @@ pub use error::BindError;
 pub use proportions::{
     GUARDED_CROWN_TO_SHOULDER, LEAST_HIP_HEIGHT, LEAST_STATURE_M, MOST_CROWN_TO_SHOULDER,
 };
+pub use transfer::{Transfer, check_adult, transfer};

@@ -128,6 +128,7 @@ pub fn build(
     let colors_srgba = paint::colors_srgba(sex, &space.template_m, &space.joint_template_m, &skin);
     let model = BodyModel {
         name: sex.name().to_owned(),
+        copyright: "CC0 1.0 (MakeHuman community assets)".to_owned(),
         template_m: space.template_m,
         faces: thinned.faces,
         shape_dirs_m: space.shape_dirs_m,

@@ -20,4 +20,12 @@ pub enum BodyError {
     #[cfg(feature = "smpl")]
     #[error("body .npz: {0}")]
     Npz(#[from] dynaskin_npz::NpzError),
+    /// A SMPL-family file is a Python pickle, as they are published.
+    #[cfg(feature = "smpl")]
+    #[error(
+        "this is a Python pickle, which may run programs when it is opened and is not read here; \
+         convert it to .npz once, in Python: numpy.savez(\"smpl.npz\", **{{key: array}}) with \
+         v_template, shapedirs, posedirs, J_regressor (`.toarray()`), weights, kintree_table and f"
+    )]
+    Pickle,
 }

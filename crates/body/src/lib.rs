@@ -30,7 +30,7 @@ pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};
 pub use materials::Materials;
 pub use measures::{DENSITY_KG_PER_M3, chest_girth_m, stature_m, volume_m3};
 pub use model::{
-    BodyModel, LEAST_THICKNESS_M, MAX_EXTENT_M, MAX_SHAPE_COEFFICIENT, SHAPE_COUNT,
+    BodyModel, LEAST_THICKNESS_M, MAX_EXTENT_M, MAX_SHAPE_COEFFICIENT, POSE_DIR_COUNT, SHAPE_COUNT,
     SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
 };
 pub use normals::{add_face_normals, vertex_normals, vertex_normals_into};
@@ -41,3 +41,5 @@ pub use skinning::{
     SkinMatrices, Unposing, skin_dual_quaternion, skin_linear, skin_surface,
     unpose_dual_quaternion, unpose_linear,
 };
+#[cfg(feature = "smpl")]
+pub use smpl::{SmplFile, SmplLayout};

@@ -21,6 +21,9 @@ pub const LEAST_THICKNESS_M: f32 = 0.003;
 /// Number of vertices of SMPL's mesh and of the default bodies.
 pub const SMPL_VERTEX_COUNT: usize = 6_890;
 
+/// Number of pose corrective fields: the nine entries of `R - I` of every joint but the pelvis.
+pub const POSE_DIR_COUNT: usize = 9 * (JOINT_COUNT - 1);
+
 /// Up to four joints and their weights for one vertex; weights sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinWeights {
@@ -35,6 +38,8 @@ pub struct SkinWeights {
 pub struct BodyModel {
     /// Name of the model, such as `female`.
     pub name: String,
+    /// Whose the body is, in the words of its file; empty where it does not say.
+    pub copyright: String,
     /// Rest positions at β = 0 in metres, `[vertex]`.
     pub template_m: Vec<Vec3>,
     /// Triangles, counter-clockwise seen from outside, `[face][corner]`.
@@ -201,8 +206,15 @@ impl BodyModel {
             // Rows of R are numbered first; glam keeps columns.
             let matrix = DMat3::from_quat(rotation);
             let factor = (matrix.col(entry % 3)[entry / 3] - identity) as f32;
-            for (position, dir) in rest_m.iter_mut().zip(dirs) {
-                *position += factor * *dir;
+            // A joint that does not turn corrects nothing.
+            if factor == 0.0 {
+                continue;
+            }
+            // As flat numbers, of which several are worked on at once.
+            let numbers_m: &mut [f32] = bytemuck::cast_slice_mut(rest_m);
+            let dirs: &[f32] = bytemuck::cast_slice(dirs);
+            for (number, dir) in numbers_m.iter_mut().zip(dirs) {
+                *number += factor * dir;
             }
         }
     }

@@ -8,7 +8,7 @@ mod common;
 use std::sync::LazyLock;
 
 use common::{body, default_bodies, glb, tetrahedron};
-use dynaskin_body::{BodyError, BodyModel, SHAPE_COUNT};
+use dynaskin_body::{BodyError, BodyModel, POSE_DIR_COUNT, SHAPE_COUNT};
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -26,6 +26,8 @@ fn assert_same(a: &BodyModel, b: &BodyModel) {
     assert_eq!(a.thickness_shape_dirs_m, b.thickness_shape_dirs_m);
     assert_eq!(a.region_weights, b.region_weights);
     assert_eq!(a.colors_srgba, b.colors_srgba);
+    assert_eq!(a.pose_dirs_m, b.pose_dirs_m);
+    assert_eq!(a.copyright, b.copyright);
 }
 
 #[test]
@@ -68,6 +70,76 @@ fn a_body_without_thickness_regions_and_colours_survives() {
     assert_eq!(read.softness(0), 0.0);
 }
 
+/// The small body with pose correctives of very different sizes.
+fn corrected() -> BodyModel {
+    let mut body = tetrahedron();
+    let dir = |field: usize, vertex: usize| {
+        let phase = (field * 4 + vertex) as f32;
+        0.03 / (1.0 + field as f32).powi(2) * Vec3::new(phase.sin(), phase.cos(), 0.3)
+    };
+    body.pose_dirs_m = (0..POSE_DIR_COUNT)
+        .map(|field| (0..4).map(|vertex| dir(field, vertex)).collect())
+        .collect();
+    body
+}
+
+#[test]
+fn pose_correctives_survive_each_in_steps_of_its_own() {
+    let original = corrected();
+    let bytes = original.to_glb().unwrap();
+    let read = body(&bytes);
+    for (field, (a, b)) in original
+        .pose_dirs_m
+        .iter()
+        .zip(&read.pose_dirs_m)
+        .enumerate()
+    {
+        let largest = a
+            .iter()
+            .map(|dir| dir.abs().max_element())
+            .fold(0.0, f32::max);
+        for (a, b) in a.iter().zip(b) {
+            assert!(
+                (*a - *b).abs().max_element() <= largest / 32_767.0,
+                "field {field}"
+            );
+        }
+    }
+    assert_same(&read, &body(&read.to_glb().unwrap()));
+    assert_eq!(read.to_glb().unwrap(), bytes);
+}
+
+#[test]
+fn broken_pose_correctives_are_refused() {
+    let bytes = corrected().to_glb().unwrap();
+    for (from, to) in [
+        ("\"pose_dirs\":", "\"pose_dirz\":"),
+        ("\"pose_dir_steps\":", "\"pose_dir_stepz\":"),
+        ("\"count\":828", "\"count\":827"),
+        ("\"count\":207", "\"count\":206"),
+    ] {
+        let edited = replaced(&bytes, from, to);
+        let error = BodyModel::from_glb(&edited).map(|_| ()).unwrap_err();
+        assert!(error.to_string().contains("pose_dir"), "{from}: {error}");
+    }
+    // A step that is no power of two.
+    let step = 2.0_f32.powi(-20).to_le_bytes();
+    let at = bytes.windows(4).rposition(|word| word == step).unwrap();
+    let mut bytes = bytes;
+    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert!(BodyModel::from_glb(&bytes).is_err());
+}
+
+/// The file with the first `from` of its bytes replaced by as long a text.
+fn replaced(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
+    assert_eq!(from.len(), to.len());
+    let at = bytes.windows(from.len()).position(|w| w == from.as_bytes());
+    let at = at.unwrap_or_else(|| panic!("{from} is not in the file"));
+    let mut bytes = bytes.to_vec();
+    bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
+    bytes
+}
+
 #[test]
 fn models_that_do_not_fit_are_refused() {
     let refused = |change: fn(&mut BodyModel)| {
@@ -80,7 +152,9 @@ fn models_that_do_not_fit_are_refused() {
     refused(|model| model.template_m[0].x = f32::NAN);
     refused(|model| model.faces[0][0] = 4);
     refused(|model| model.thickness_template_m[0] = 0.5);
-    refused(|model| model.pose_dirs_m = vec![vec![Vec3::ZERO; 4]; 207]);
+    refused(|model| model.pose_dirs_m = vec![vec![Vec3::ZERO; 4]; 206]);
+    refused(|model| model.pose_dirs_m = vec![vec![Vec3::ZERO; 3]; 207]);
+    refused(|model| model.pose_dirs_m = vec![vec![Vec3::splat(f32::NAN); 4]; 207]);
     refused(|model| {
         model.shape_dirs_m.pop();
     });

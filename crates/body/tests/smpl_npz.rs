@@ -6,7 +6,7 @@
 
 use std::io::{Cursor, Write};
 
-use dynaskin_body::{BodyError, BodyModel, Joint, Pose, SHAPE_COUNT};
+use dynaskin_body::{BodyError, BodyModel, Joint, Pose, SHAPE_COUNT, SmplLayout};
 use dynaskin_npz::NpzError;
 use glam::{DQuat, Vec3};
 use npyz::{AutoSerialize, Order, WriterBuilder};
@@ -48,27 +48,49 @@ fn filled(shape: &[u64], seed: usize, scale: f64) -> Array<f64> {
 }
 
 fn file() -> File {
+    let parents = Joint::ALL.map(|joint| joint.parent().map_or(u32::MAX, |p| p as u32));
+    file_of(&parents)
+}
+
+/// A file with as many joints as SMPL-H (52) or SMPL-X (55), which hang on each other as there.
+fn file_with_fingers(joint_count: usize) -> File {
+    let body = &Joint::ALL[..22];
+    let mut parents: Vec<u32> = body
+        .iter()
+        .map(|joint| joint.parent().map_or(u32::MAX, |p| p as u32))
+        .collect();
+    parents.extend(vec![15; joint_count - 52]);
+    for wrist in [20, 21] {
+        for _ in 0..5 {
+            let first = parents.len() as u32;
+            parents.extend([wrist, first, first + 1]);
+        }
+    }
+    file_of(&parents)
+}
+
+fn file_of(parents: &[u32]) -> File {
     let n = N_VERTICES as u64;
-    let mut regressor = filled(&[24, n], 5_000, 1.0);
+    let n_joints = parents.len();
+    let mut regressor = filled(&[n_joints as u64, n], 5_000, 1.0);
     for row in regressor.values.chunks_exact_mut(N_VERTICES) {
         let sum: f64 = row.iter().map(|x| x.abs()).sum();
         row.iter_mut().for_each(|x| *x = x.abs() / sum);
     }
-    let mut weights = filled(&[n, 24], 9_000, 1.0);
-    for row in weights.values.chunks_exact_mut(24) {
+    let mut weights = filled(&[n, n_joints as u64], 9_000, 1.0);
+    for row in weights.values.chunks_exact_mut(n_joints) {
         let sum: f64 = row.iter().map(|x| x.abs()).sum();
         row.iter_mut().for_each(|x| *x = x.abs() / sum);
     }
-    let parents = Joint::ALL.map(|joint| joint.parent().map_or(u32::MAX, |p| p as u32));
     File {
         template: filled(&[n, 3], 1, 0.9),
         shapes: filled(&[n, 3, N_SHAPES as u64], 2_000, 0.02),
-        poses: Some(filled(&[n, 3, 207], 20_000, 0.01)),
+        poses: Some(filled(&[n, 3, 9 * (n_joints as u64 - 1)], 20_000, 0.01)),
         regressor,
         weights,
         tree: Array {
-            shape: vec![2, 24],
-            values: parents.into_iter().chain(0..24).collect(),
+            shape: vec![2, n_joints as u64],
+            values: parents.iter().copied().chain(0..n_joints as u32).collect(),
         },
         faces: Array {
             shape: vec![N_VERTICES as u64 - 2, 3],
@@ -362,12 +384,141 @@ fn headers_that_lie_are_refused() {
 
 #[test]
 fn what_is_no_archive_is_refused() {
-    for bytes in [&b""[..], b"PK", b"\x80\x04 a pickle"] {
+    for bytes in [&b""[..], b"PK", b"no archive"] {
         let error = BodyModel::from_smpl_npz(bytes).unwrap_err();
         assert!(
             matches!(error, BodyError::Npz(NpzError::Archive { .. })),
             "{error}"
         );
+    }
+}
+
+#[test]
+fn a_pickle_is_refused_with_the_way_out() {
+    for bytes in [&b"\x80\x04 a pickle"[..], b"(dp0\nS'J_regressor'"] {
+        let error = BodyModel::from_smpl_npz(bytes).unwrap_err();
+        assert!(matches!(error, BodyError::Pickle), "{error}");
+        assert!(error.to_string().contains("numpy.savez"), "{error}");
+    }
+}
+
+#[test]
+fn fingers_jaw_and_eyes_become_hands_and_head() {
+    for (count, layout) in [(52, SmplLayout::SmplH), (55, SmplLayout::SmplX)] {
+        let file = file_with_fingers(count);
+        let bytes = archive(&entries(&file, Storage::DoubleC));
+        let (body, found) = BodyModel::read_smpl_npz(&bytes).unwrap();
+        assert_eq!(found.layout, layout);
+        assert_eq!(found.shape_count, N_SHAPES);
+        assert_eq!(found.pose_dir_count, 9 * (count - 1));
+        assert_eq!(
+            found.folded[..2],
+            [(Joint::LeftHand, 15), (Joint::RightHand, 15)]
+        );
+        assert_eq!(
+            found.folded.get(2),
+            (count == 55).then_some(&(Joint::Head, 3))
+        );
+        let first_finger = count - 30;
+        // The hand stands amid the five joints that hang on the wrist.
+        let knuckles = [0, 3, 6, 9, 12].map(|finger| first_finger + finger);
+        let shift =
+            body.template_m[0].as_dvec3() - glam::DVec3::from_slice(&file.template.values[..3]);
+        let expected = knuckles
+            .iter()
+            .flat_map(|joint| (0..N_VERTICES).map(move |vertex| (joint, vertex)))
+            .map(|(joint, vertex)| {
+                0.2 * file.regressor.values[joint * N_VERTICES + vertex]
+                    * glam::DVec3::from_slice(&file.template.values[3 * vertex..])
+            })
+            .sum::<glam::DVec3>()
+            + shift;
+        let hand_m = body.joint_template_m[Joint::LeftHand as usize];
+        assert!(
+            hand_m.as_dvec3().distance(expected) < 1e-6,
+            "{hand_m} {expected}"
+        );
+        // All weights of the left fingers are the hand's.
+        for (vertex, skin) in body.skin.iter().enumerate() {
+            let row = &file.weights.values[count * vertex..count * (vertex + 1)];
+            let left: f64 = row[first_finger..first_finger + 15].iter().sum();
+            let right: f64 = row[first_finger + 15..].iter().sum();
+            let slot = |joint: Joint| skin.joints.iter().position(|own| *own == joint as u8);
+            let of = |joint: Joint| f64::from(skin.weights[slot(joint).unwrap()]);
+            let ratio = of(Joint::LeftHand) / of(Joint::RightHand);
+            assert!((ratio - left / right).abs() < 1e-4 * ratio);
+        }
+        // The shared joints keep their correctives; those of fingers are left out.
+        let poses = file.poses.as_ref().unwrap();
+        let dir = |row: usize| poses.values[5 * 3 * 9 * (count - 1) + row] as f32;
+        assert!((body.pose_dirs_m[188][5].x - dir(188)).abs() < 1e-7);
+        assert!(
+            body.pose_dirs_m[189..]
+                .iter()
+                .flatten()
+                .all(|dir| *dir == Vec3::ZERO)
+        );
+    }
+    let mut file = file_with_fingers(52);
+    file.tree.values[30] = 3;
+    assert_array_error(read(&file, Storage::DoubleC), "kintree_table");
+    let mut file = file_with_fingers(52);
+    file.tree.values[30] = 31;
+    assert_array_error(read(&file, Storage::DoubleC), "kintree_table");
+    assert_array_error(read(&file_of(&[0; 40]), Storage::DoubleC), "kintree_table");
+}
+
+#[test]
+fn a_sparse_regressor_is_read_by_its_fields() {
+    let file = file();
+    let dense = read(&file, Storage::DoubleC).unwrap();
+    let of = |shape: usize, values: Vec<f64>| Array {
+        shape: vec![shape as u64],
+        values,
+    };
+    let whole = |values: Vec<usize>| Array {
+        shape: vec![values.len() as u64],
+        values: values.into_iter().map(|x| x as u32).collect(),
+    };
+    for by_column in [false, true] {
+        let (lines, along) = if by_column {
+            (N_VERTICES, 24)
+        } else {
+            (24, N_VERTICES)
+        };
+        let at = |line: usize, place: usize| match by_column {
+            true => file.regressor.values[place * N_VERTICES + line],
+            false => file.regressor.values[line * N_VERTICES + place],
+        };
+        let pairs = || (0..lines).flat_map(|line| (0..along).map(move |place| (line, place)));
+        let data: Vec<f64> = pairs().map(|(line, place)| at(line, place)).collect();
+        let with = |starts: Vec<usize>, across: Vec<usize>| {
+            let mut entries = entries(&file, Storage::DoubleC);
+            entries.retain(|(key, _)| *key != "J_regressor");
+            entries.push((
+                "J_regressor_data",
+                npy(&of(data.len(), data.clone()), Order::C),
+            ));
+            entries.push(("J_regressor_indices", npy(&whole(across), Order::C)));
+            entries.push(("J_regressor_indptr", npy(&whole(starts), Order::C)));
+            BodyModel::read_smpl_npz(&archive(&entries))
+        };
+        let starts: Vec<usize> = (0..=lines).map(|line| line * along).collect();
+        let across: Vec<usize> = pairs().map(|(_, place)| place).collect();
+        let (body, found) = with(starts.clone(), across.clone()).unwrap();
+        assert!(found.has_sparse_regressor);
+        for (a, b) in body.joint_template_m.iter().zip(dense.joint_template_m) {
+            assert!(a.distance(b) < 1e-6);
+        }
+        let refused =
+            |starts, across, key| assert_array_error(with(starts, across).map(|b| b.0), key);
+        let mut far = across.clone();
+        far[7] = along;
+        refused(starts.clone(), far, "J_regressor_indices");
+        let mut falling = starts.clone();
+        falling[1] = falling[2] + 1;
+        refused(falling, across.clone(), "J_regressor_indptr");
+        refused(starts[1..].to_vec(), across, "J_regressor_indptr");
     }
 }
 

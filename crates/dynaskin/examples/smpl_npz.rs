@@ -3,7 +3,8 @@
 //! `cargo run --release --example smpl_npz -- BODY_NPZ MOTION_NPZ OUTPUT_FOLDER`
 //!
 //! SMPL's files come with a licence of their own; none is part of this project. A body file has no
-//! networks, so the skin follows the bones alone: a model for it is trained with `dynaskin train`.
+//! networks, so the skin follows the bones and the file's pose correctives alone: a model for it is
+//! trained with `dynaskin train`.
 #![allow(clippy::print_stdout)]
 
 #[path = "support/obj.rs"]

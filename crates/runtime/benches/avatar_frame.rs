@@ -5,6 +5,7 @@
 mod support;
 
 use std::hint::black_box;
+use std::sync::Arc;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -65,5 +66,28 @@ fn frame(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, features, frame);
+/// The step of a body that has pose correctives, with and without them, and of one that has none.
+fn pose_correctives(criterion: &mut Criterion) {
+    let body = support::corrected_body_of(support::LARGE);
+    let model = support::model_with(support::LARGE, body);
+    let plain = support::model_of(support::LARGE);
+    let cases = [
+        ("step: body without pose correctives", plain, true),
+        ("step: pose correctives off", Arc::clone(&model), false),
+        ("step: pose correctives on", model, true),
+    ];
+    for (name, model, corrects) in cases {
+        let mut avatar = Avatar::new(model, &[0.0; 10]).expect("the made-up bundle loads");
+        avatar.set_pose_correctives(corrects);
+        let mut tick = 0;
+        criterion.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                tick += 1;
+                avatar.step(&support::pose_at(f64::from(tick) * DT), DT)
+            });
+        });
+    }
+}
+
+criterion_group!(benches, features, frame, pose_correctives);
 criterion_main!(benches);

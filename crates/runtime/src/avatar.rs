@@ -15,7 +15,7 @@ use crate::model::Model;
 use crate::pipeline::{Member, Pipeline, StageSeconds, Stopwatch};
 use crate::shapes::ShapedModel;
 use crate::state;
-use crate::surface::{Surface, VertexControls, skinning, vertex_controls};
+use crate::surface::{PosedRest, RestSurface, Surface, VertexControls, skinning, vertex_controls};
 use crate::timeline::{Change, Detail, Settled, Showing, Shown, Timeline, TimelineMemory};
 use crate::tissue::{Memory, Tissue};
 
@@ -52,6 +52,8 @@ pub struct Avatar {
     /// None without networks: the avatar is then plainly skinned.
     soft: Option<Soft>,
     surface: Surface,
+    /// None for a body without pose correctives.
+    posed: Option<PosedRest>,
     revision: u32,
     controls: Controls,
     /// See [`Avatar::set_max_strain`].
@@ -100,6 +102,7 @@ impl Avatar {
         let skin = SkinMatrices::new(&Pose::REST, &shaped.joints_rest_m);
         let mut avatar = Self {
             surface: Surface::new(&shaped.surface),
+            posed: PosedRest::new(model.body(), &shaped.surface),
             shaped,
             timeline: Timeline::default(),
             soft,
@@ -169,11 +172,15 @@ impl Avatar {
         if let (Some(soft), Some(rest)) = (&mut self.soft, &shaped.tissue) {
             soft.tissue.set_rest(rest);
         }
-        self.surface
-            .set_rest(self.model.topology(), &shaped.surface);
         self.shaped = shaped;
         self.revision = self.revision.wrapping_add(1);
-        self.apply();
+        if self.posed.is_some() {
+            self.correct();
+        } else {
+            self.surface
+                .set_rest(self.model.topology(), &self.shaped.surface);
+            self.apply();
+        }
         Ok(())
     }
 
@@ -252,6 +259,26 @@ impl Avatar {
         self.max_strain
     }
 
+    /// Whether poses correct the skin as the body model says (SMPL's pose blend shapes); always false on a
+    /// body without pose correctives.
+    pub fn pose_correctives(&self) -> bool {
+        self.posed.as_ref().is_some_and(PosedRest::is_on)
+    }
+
+    /// Switches that; it is on at the start where the body has pose correctives, and nothing changes where
+    /// it has none. What is shown follows at once; no part of a saved state.
+    ///
+    /// They are added to the rest positions with every step, before skinning, so [`Self::positions_rest_m`]
+    /// and [`Self::normals_rest`] hold them, and [`Self::offsets_rest_m`] do not.
+    pub fn set_pose_correctives(&mut self, on: bool) {
+        if let Some(posed) = &mut self.posed
+            && posed.is_on() != on
+        {
+            posed.switch(on);
+            self.correct();
+        }
+    }
+
     /// Makes the avatar `scale` times as large as its body; the world's metre stays. All
     /// inputs of the networks are in lengths of the body, so a doll and a giant whose poses are to scale move
     /// alike. The motion goes on; skin matrices follow with the next step.
@@ -298,8 +325,11 @@ impl Avatar {
         if let Some(idx) = offsets_rest_m.iter().position(|value| !value.is_finite()) {
             return Err(invalid(format!("number {idx} is {}", offsets_rest_m[idx])));
         }
-        self.surface
-            .show(self.model.topology(), &self.shaped.surface, offsets_rest_m);
+        self.surface.show(
+            self.model.topology(),
+            without_offsets(&self.shaped, &self.posed),
+            offsets_rest_m,
+        );
         Ok(())
     }
 
@@ -379,6 +409,7 @@ impl Avatar {
                     soft.tissue.clear();
                 }
                 self.surface.clear(&self.shaped.surface);
+                self.correct();
             }
             _ => {}
         }
@@ -535,29 +566,42 @@ impl Avatar {
             None => SkinMatrices::new(&Pose::REST, joints_rest_m),
         };
         self.skin_matrices = skinning::matrices(&self.skin);
+        if let Some(posed) = &mut self.posed {
+            posed.take_pose(self.timeline.pose().unwrap_or(&Pose::REST));
+            self.correct();
+        }
         Ok(())
     }
 
-    /// Brings the surface to what the tissue shows.
-    fn apply(&mut self) {
-        if !self.timeline.enabled() {
-            return;
+    /// Brings the surface to what the tissue shows; whether there is any tissue that does.
+    fn apply(&mut self) -> bool {
+        let Some(soft) = self.soft.as_ref().filter(|_| self.timeline.enabled()) else {
+            return false;
+        };
+        let rest = without_offsets(&self.shaped, &self.posed);
+        self.surface.apply(
+            self.model.topology(),
+            rest,
+            soft.tissue.shown_m(),
+            &soft.vertex_controls,
+        );
+        if let Some(max_strain) = self.max_strain {
+            self.surface
+                .hold_together(self.model.topology(), self.model.guard(), rest, max_strain);
         }
-        if let Some(soft) = &self.soft {
-            self.surface.apply(
-                self.model.topology(),
-                &self.shaped.surface,
-                soft.tissue.shown_m(),
-                &soft.vertex_controls,
-            );
-            if let Some(max_strain) = self.max_strain {
-                self.surface.hold_together(
-                    self.model.topology(),
-                    self.model.guard(),
-                    &self.shaped.surface,
-                    max_strain,
-                );
-            }
+        true
+    }
+
+    /// Corrects the surface as the pose says, and shows the tissue on it.
+    fn correct(&mut self) {
+        let Some(posed) = &mut self.posed else {
+            return;
+        };
+        posed.update(self.model.body(), &self.shaped.surface);
+        self.surface.set_positions(posed.surface());
+        if !self.apply() {
+            let rest = without_offsets(&self.shaped, &self.posed);
+            self.surface.update_normals(self.model.topology(), rest);
         }
     }
 
@@ -578,7 +622,21 @@ impl Avatar {
         let pose = self.timeline.commit();
         self.skin = skinning::scaled(pose, &self.shaped.joints_rest_m, scale);
         self.skin_matrices = skinning::matrices(&self.skin);
+        if let Some(posed) = &mut self.posed {
+            posed.take_pose(pose);
+            // Out of sight the surface stays as it is.
+            if posed.is_on() && self.timeline.visibility.visible {
+                self.correct();
+            }
+        }
     }
+}
+
+/// The surface that offsets are added to.
+fn without_offsets<'a>(shaped: &'a ShapedModel, posed: &'a Option<PosedRest>) -> &'a RestSurface {
+    posed
+        .as_ref()
+        .map_or(&shaped.surface, |posed| posed.surface())
 }
 
 impl Member for Avatar {
@@ -622,7 +680,8 @@ impl Member for Avatar {
             }
             None => false,
         };
-        if changed {
+        // Where the pose corrects the surface, the end of the step shows both.
+        if changed && !self.pose_correctives() {
             self.apply();
         }
     }

@@ -33,6 +33,7 @@ pub fn symmetric_body(pairs: usize) -> BodyModel {
     region_weights[1] = vec![1.0; count];
     BodyModel {
         name: "sticks".into(),
+        copyright: String::new(),
         shape_dirs_m: vec![vec![Vec3::ZERO; count]; SHAPE_COUNT],
         joint_shape_dirs_m: vec![[Vec3::ZERO; JOINT_COUNT]; SHAPE_COUNT],
         faces: Vec::new(),

@@ -224,6 +224,18 @@ impl CoreAvatar {
             .map_err(Thrown::from)?)
     }
 
+    /// Whether poses correct the skin; never for a body without pose correctives.
+    #[wasm_bindgen(getter, js_name = poseCorrectives)]
+    pub fn pose_correctives(&self) -> bool {
+        self.avatar.borrow().pose_correctives()
+    }
+
+    /// Switches that.
+    #[wasm_bindgen(setter, js_name = poseCorrectives)]
+    pub fn set_pose_correctives(&mut self, on: bool) {
+        self.avatar.borrow_mut().set_pose_correctives(on);
+    }
+
     /// Sets the factor on the offsets of the region number `region`.
     ///
     /// # Errors

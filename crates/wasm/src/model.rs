@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use dynaskin_body::{BodyModel, REGION_COUNT, Trait};
-use dynaskin_runtime::{Bundle, Model};
+use dynaskin_runtime::{Bundle, BundleFile, Model};
 use wasm_bindgen::prelude::*;
 
 use crate::avatar::CoreAvatar;
@@ -37,6 +37,27 @@ impl CoreBody {
             body,
             traits: bundle.traits.into(),
         })
+    }
+
+    /// Reads a body file that no bundle names.
+    ///
+    /// # Errors
+    /// Throws for a body that cannot be used.
+    #[wasm_bindgen(js_name = fromFile)]
+    pub fn from_file(body_glb: &[u8]) -> Result<CoreBody, JsValue> {
+        let body = BodyModel::from_glb(body_glb).map_err(Thrown::from)?;
+        let body = Arc::new(body);
+        Ok(Self {
+            model: Arc::new(Model::body_only(Arc::clone(&body))),
+            body,
+            traits: Arc::from([]),
+        })
+    }
+
+    /// SHA-256 of a body's file in hexadecimal, as bundles name it.
+    #[wasm_bindgen(js_name = hashOf)]
+    pub fn hash_of(body_glb: &[u8]) -> String {
+        BundleFile::of("body.glb", body_glb).sha256
     }
 
     /// Number of vertices.

@@ -140,7 +140,7 @@ export class Avatar {
     return this.#view("offsets");
   }
 
-  /** Rest-pose positions with the offsets added: `[vertex][x, y, z]` flattened, metres. */
+  /** Rest-pose positions with pose correctives and offsets added: `[vertex][x, y, z]` flattened, metres. */
   get positions(): Float32Array {
     return this.#view("positions");
   }
@@ -272,6 +272,21 @@ export class Avatar {
     if (share !== null) checkNumber("maxStrain", share);
     this.#core.guard(() => {
       this.raw.maxStrain = share ?? undefined;
+    });
+  }
+
+  /**
+   * Whether poses correct the skin, as SMPL's pose blend shapes do: they are added to {@link positions}, before
+   * skinning, with every step. Only bodies of `dynaskin body import` have them; on others this is false and
+   * setting it changes nothing. Takes effect at once, and is no part of a saved state.
+   */
+  get poseCorrectives(): boolean {
+    return this.#core.guard(() => this.raw.poseCorrectives);
+  }
+
+  set poseCorrectives(on: boolean) {
+    this.#core.guard(() => {
+      this.raw.poseCorrectives = Boolean(on);
     });
   }
 

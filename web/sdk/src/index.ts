@@ -27,7 +27,13 @@ export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
 export type { Detail } from "./detail.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export type { Figure, Shape } from "./figure.js";
-export { type LoadOptions, load, type ModelFiles } from "./load.js";
+export {
+  type LoadBodyOptions,
+  type LoadOptions,
+  load,
+  loadBody,
+  type ModelFiles,
+} from "./load.js";
 export { type AvatarOptions, Body, Model } from "./model.js";
 export {
   type AnimationInfo,

@@ -148,6 +148,48 @@ export async function loadForm(
   }
 }
 
+/** What {@link loadBody} needs to know. */
+export interface LoadBodyOptions extends Pick<LoadOptions, "wasm" | "signal" | "onProgress"> {
+  /** The body's file, a GLB of `dynaskin body build` or `dynaskin body import`. */
+  body: FileSource;
+}
+
+/**
+ * Loads a body alone, for which no networks have been trained yet: its avatars are plainly skinned, with pose
+ * correctives where the body has them. For a body with its networks, see {@link load}.
+ *
+ * @throws DynaSkinError `fetch` (also for a file over 64 MiB), `wasm`, `body` for another file
+ */
+export async function loadBody(options: LoadBodyOptions): Promise<Body> {
+  return loadBodyWith(options);
+}
+
+/**
+ * As {@link loadBody}, with `glue` where the core is not the whole one.
+ *
+ * @internal
+ */
+export async function loadBodyWith(options: LoadBodyOptions, glue?: Glue): Promise<Body> {
+  checkObject('loadBody() needs options, such as { body: "/models/mine/body.glb" }: they', options);
+  const { body, signal, wasm } = options;
+  checkSignal(signal);
+  checkCallback("onProgress", options.onProgress);
+  const progress = new ProgressSum(options.onProgress);
+  const starting = startCore(wasm, progress.part(), glue);
+  // A failure is reported below, at the await that meets it.
+  starting.catch(() => {});
+  const what = "the body";
+  const reading = { what, signal, maxBytes: MAX_FILE_BYTES, onProgress: progress.part() };
+  const bytes = await readBytes(body, reading);
+  if (isWebPage(bytes)) throw webPage(what, body);
+  const core = await starting;
+  const { CoreBody } = core.glue;
+  const [raw, sha256] = core.guard(
+    () => [CoreBody.fromFile(bytes), CoreBody.hashOf(bytes)] as const,
+  );
+  return new Body(core, raw, sha256, bytes);
+}
+
 function makeBody(core: Core, bundle: Bundle, bundleBytes: Uint8Array, glb: Uint8Array): Body {
   return new Body(
     core,

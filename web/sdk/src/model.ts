@@ -20,6 +20,11 @@ export interface AvatarOptions {
   shape?: Shape;
   /** Where the poses come from; `display` if left out. See {@link PoseSource}. */
   poseSource?: PoseSource;
+  /**
+   * Whether poses correct the skin where the body has pose correctives (SMPL's pose blend shapes); true if left
+   * out. See {@link Avatar.poseCorrectives}.
+   */
+  poseCorrectives?: boolean;
 }
 
 /** The constant data of a body: what an engine needs to draw it. Copies; keep them. */
@@ -184,8 +189,10 @@ export class Model {
   }
 }
 
-function asWished(avatar: Avatar, { poseSource, shape }: AvatarOptions): Avatar {
+function asWished(avatar: Avatar, options: AvatarOptions): Avatar {
+  const { poseSource, shape, poseCorrectives } = options;
   if (poseSource !== undefined) avatar.poseSource = poseSource;
+  if (poseCorrectives !== undefined) avatar.poseCorrectives = poseCorrectives;
   if (shape === undefined || !isFigure(shape)) return avatar;
   try {
     avatar.setShape(shape);

@@ -6,9 +6,12 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 
+use super::pose_dirs::is_step;
 use super::{EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
 use crate::model::expected_extent;
-use crate::{BodyError, BodyModel, JOINT_COUNT, REGION_COUNT, SHAPE_COUNT, SkinWeights};
+use crate::{
+    BodyError, BodyModel, JOINT_COUNT, POSE_DIR_COUNT, REGION_COUNT, SHAPE_COUNT, SkinWeights,
+};
 
 /// More vertices or faces than any body of ours, so that sizes stay within 16-bit indices.
 const MAX_VERTICES: usize = 65_535;
@@ -116,12 +119,18 @@ impl BodyReader<'_> {
             Some(accessor) => self.region_weights(accessor, n_vertices)?,
             None => Vec::new(),
         };
+        let pose_dirs_m = match (extras.pose_dirs, extras.pose_dir_steps) {
+            (Some(dirs), Some(steps)) => self.pose_dirs(dirs, steps, n_vertices)?,
+            (None, None) => Vec::new(),
+            _ => return Err(bad("pose_dirs", "`pose_dirs` with `pose_dir_steps`")),
+        };
         let body = BodyModel {
             name: extras.name,
+            copyright: self.file.root.asset.copyright.clone().unwrap_or_default(),
             template_m,
             faces,
             shape_dirs_m,
-            pose_dirs_m: Vec::new(),
+            pose_dirs_m,
             joint_template_m: std::array::from_fn(|joint| joints_m[joint]),
             joint_shape_dirs_m: joint_dirs_m
                 .chunks_exact(JOINT_COUNT)
@@ -249,6 +258,36 @@ impl BodyReader<'_> {
         let (template, dirs) = values.split_at(n_vertices);
         let dirs = dirs.chunks_exact(n_vertices).map(<[f32]>::to_vec);
         Ok((template.to_vec(), dirs.collect()))
+    }
+
+    /// Pose correctives, `[field][vertex]`, in metres.
+    fn pose_dirs(
+        &self,
+        dirs: usize,
+        steps: usize,
+        n_vertices: usize,
+    ) -> Result<Vec<Vec<Vec3>>, BodyError> {
+        let steps_m: Vec<f32> = self
+            .file
+            .elements(steps, ComponentType::F32, Type::Scalar)?
+            .exactly(POSE_DIR_COUNT, "pose_dir_steps")?
+            .iter()
+            .map(|e| f32_at(e, 0))
+            .collect();
+        if !steps_m.iter().all(|step_m| is_step(*step_m)) {
+            return Err(bad("pose_dir_steps", "powers of two in metres"));
+        }
+        let values: Vec<Vec3> = self
+            .file
+            .elements(dirs, ComponentType::I16, Type::Vec3)?
+            .exactly(POSE_DIR_COUNT * n_vertices, "pose_dirs")?
+            .iter()
+            .map(|e| Vec3::from_array([0, 1, 2].map(|axis| f32::from(i16_at(e, axis)))))
+            .collect();
+        let fields = values.chunks_exact(n_vertices).zip(steps_m);
+        Ok(fields
+            .map(|(field, step_m)| field.iter().map(|value| *value * step_m).collect())
+            .collect())
     }
 
     fn region_weights(&self, index: usize, n_vertices: usize) -> Result<Vec<Vec<f32>>, BodyError> {

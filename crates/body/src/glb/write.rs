@@ -3,9 +3,10 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
+use super::pose_dirs::{self, Steps};
 use super::{BodyExtras, EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
 use crate::normals::vertex_normals;
-use crate::{BodyError, BodyModel, JOINT_COUNT, Joint, REGION_COUNT, SHAPE_COUNT};
+use crate::{BodyError, BodyModel, JOINT_COUNT, Joint, POSE_DIR_COUNT, REGION_COUNT, SHAPE_COUNT};
 
 const I16: u32 = 5122;
 const U8: u32 = 5121;
@@ -98,10 +99,11 @@ impl BodyModel {
     /// The body as a GLB file; [`BodyModel::from_glb`] reads it back within half a step.
     ///
     /// # Errors
-    /// [`BodyError::Unwritable`] where arrays disagree in length, numbers exceed the range of the
-    /// steps or the model has pose correctives, which the format does not hold.
+    /// [`BodyError::Unwritable`] where arrays disagree in length or numbers exceed the range of the
+    /// steps.
     pub fn to_glb(&self) -> Result<Vec<u8>, BodyError> {
         self.check_writable()?;
+        let pose_dirs = self.pose_dirs_in_steps()?;
         let mut buffer = Buffer::default();
         let n_vertices = self.vertex_count();
         let indices: Vec<u16> = self.faces.iter().flatten().map(|&v| v as u16).collect();
@@ -147,7 +149,7 @@ impl BodyModel {
             .map(|dirs| json!({ "POSITION": buffer.vec3_steps(dirs) }))
             .collect();
 
-        let extras = self.extras(&mut buffer);
+        let extras = self.extras(&mut buffer, &pose_dirs);
         let inverse_bind: Vec<[f32; 16]> = self
             .joint_template_m
             .iter()
@@ -176,8 +178,7 @@ impl BodyModel {
         let mut mesh_extras = json!(extras);
         mesh_extras["targetNames"] = json!(names);
         let document = json!({
-            "asset": { "version": "2.0", "generator": "dynaskin body build",
-                       "copyright": "CC0 1.0 (MakeHuman community assets)" },
+            "asset": self.asset(),
             "extensionsUsed": ["KHR_mesh_quantization"],
             "extensionsRequired": ["KHR_mesh_quantization"],
             "scene": 0,
@@ -245,18 +246,43 @@ impl BodyModel {
                 "no colours, or one per vertex",
                 over_vertices(self.colors_srgba.len()),
             ),
-            ("no pose correctives", self.pose_dirs_m.is_empty()),
+            (
+                "no pose correctives, or 207 fields over the vertices",
+                self.pose_dirs_m.is_empty()
+                    || self.pose_dirs_m.len() == POSE_DIR_COUNT
+                        && self.pose_dirs_m.iter().all(|dirs| dirs.len() == count),
+            ),
         ];
         match checks.iter().find(|(_, fits)| !fits) {
             None => Ok(()),
-            Some((what, _)) => Err(BodyError::Unwritable {
-                what,
-                got: format!("model `{}` of {count} vertices", self.name),
-            }),
+            Some((what, _)) => Err(self.unwritable(what)),
         }
     }
 
-    fn extras(&self, buffer: &mut Buffer) -> MeshExtras {
+    fn unwritable(&self, what: &'static str) -> BodyError {
+        let count = self.vertex_count();
+        BodyError::Unwritable {
+            what,
+            got: format!("model `{}` of {count} vertices", self.name),
+        }
+    }
+
+    fn pose_dirs_in_steps(&self) -> Result<Vec<Steps>, BodyError> {
+        let fields = self.pose_dirs_m.iter();
+        let steps: Option<Vec<Steps>> = fields.map(|dirs| pose_dirs::in_steps(dirs)).collect();
+        steps.ok_or_else(|| self.unwritable("pose correctives in metres"))
+    }
+
+    /// Who made the file, and whose the body is.
+    fn asset(&self) -> Value {
+        let mut asset = json!({ "version": "2.0", "generator": "dynaskin body build" });
+        if !self.copyright.is_empty() {
+            asset["copyright"] = json!(self.copyright);
+        }
+        asset
+    }
+
+    fn extras(&self, buffer: &mut Buffer, pose_dirs: &[Steps]) -> MeshExtras {
         let flat = |component, count| Layout {
             component,
             kind: "SCALAR",
@@ -287,6 +313,25 @@ impl BodyModel {
                 }),
                 region_weights: (!regions.is_empty())
                     .then(|| buffer.push(&regions, &flat(U8, regions.len()), json!({}))),
+                pose_dirs: (!pose_dirs.is_empty()).then(|| {
+                    let values: Vec<[i16; 3]> = pose_dirs
+                        .iter()
+                        .flat_map(|steps| steps.values.iter().copied())
+                        .collect();
+                    let layout = Layout {
+                        kind: "VEC3",
+                        ..flat(I16, values.len())
+                    };
+                    buffer.push(bytemuck::cast_slice(&values), &layout, json!({}))
+                }),
+                pose_dir_steps: (!pose_dirs.is_empty()).then(|| {
+                    let steps_m: Vec<f32> = pose_dirs.iter().map(|steps| steps.step_m).collect();
+                    buffer.push(
+                        bytemuck::cast_slice(&steps_m),
+                        &flat(F32, steps_m.len()),
+                        json!({}),
+                    )
+                }),
             },
         }
     }

@@ -33,6 +33,7 @@ pub fn tetrahedron() -> BodyModel {
     let row = |x: f32| (0..count).map(|v| x * v as f32).collect::<Vec<f32>>();
     BodyModel {
         name: "tetrahedron".into(),
+        copyright: "nobody's".into(),
         faces: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         shape_dirs_m: (0..SHAPE_COUNT)
             .map(|k| vec![Vec3::new(0.01, 0.002 * k as f32, -0.003); count])

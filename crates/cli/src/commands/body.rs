@@ -1,4 +1,4 @@
-//! `dynaskin body build`: the default bodies from CC0 data.
+//! `dynaskin body build`: the default bodies from CC0 data. `dynaskin body import`: one of your own.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use dynaskin_body::Sex;
 use dynaskin_body_builder::{CC0_FOLDER, WHEEL_FILE, WHEEL_REQUIREMENT, build, unpack_wheel};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::say;
+use super::{body_import, say};
 
 /// Subcommands of `dynaskin body`.
 #[derive(Debug, Subcommand)]
@@ -20,6 +20,11 @@ pub enum BodyCommand {
     /// Without --source the data is fetched once with pip (47.7 MB), checked against a pinned
     /// hash and kept in the user's cache folder. Only its CC0 folder is read.
     Build(BuildArgs),
+    /// Take over a licensed SMPL, SMPL-H or SMPL-X body of your own, with its pose correctives.
+    ///
+    /// The body stays under its own licence. Soft regions and tissue thickness, which such files do
+    /// not tell, come by surface from a default body.
+    Import(body_import::ImportArgs),
 }
 
 /// Arguments of `dynaskin body build`.
@@ -45,7 +50,10 @@ enum Which {
 
 /// Runs the command.
 pub fn run(command: &BodyCommand) -> anyhow::Result<()> {
-    let BodyCommand::Build(args) = command;
+    let args = match command {
+        BodyCommand::Build(args) => args,
+        BodyCommand::Import(args) => return body_import::run(args),
+    };
     let folder = cc0_folder(args.source.as_deref())?;
     let sexes: &[Sex] = match args.sex {
         Which::Female => &[Sex::Female],

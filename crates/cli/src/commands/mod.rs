@@ -3,6 +3,7 @@
 pub mod avatars;
 pub mod bind;
 pub mod body;
+mod body_import;
 pub mod evaluate;
 pub mod fit;
 pub mod fit_all;

@@ -1,10 +1,11 @@
 //! Bodies as the two formats have them.
 
-use dynaskin_body::Joint;
+use dynaskin_body::{Joint, POSE_DIR_COUNT};
+use glam::Vec3;
 
 use crate::{container, stage};
 
-/// The made-up body, as it is and without what a body may lack.
+/// The made-up body, without what a body may lack, without pose correctives, and with them.
 pub fn glb() -> Vec<Vec<u8>> {
     let mut bare = (**stage::body()).clone();
     bare.region_weights = Vec::new();
@@ -13,7 +14,10 @@ pub fn glb() -> Vec<Vec<u8>> {
     full.thickness_template_m = vec![0.02; n];
     full.thickness_shape_dirs_m = vec![vec![0.001; n]; 10];
     full.colors_srgba = vec![[200, 150, 120, 255]; n];
-    let written = [bare, full].map(|body| body.to_glb().expect("the made-up body can be written"));
+    let mut corrected = full.clone();
+    corrected.pose_dirs_m = vec![vec![Vec3::new(0.01, -0.003, 0.0); n]; POSE_DIR_COUNT];
+    let written =
+        [bare, full, corrected].map(|body| body.to_glb().expect("the made-up body can be written"));
     written.to_vec()
 }
 

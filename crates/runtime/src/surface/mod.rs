@@ -4,6 +4,7 @@ mod guard;
 mod normals;
 mod offsets;
 mod pairs;
+mod posed;
 pub(crate) mod skinning;
 mod triples;
 mod vertex_controls;
@@ -16,10 +17,11 @@ use wide::bytemuck::{cast_slice, cast_slice_mut};
 pub(crate) use guard::Guard;
 use normals::NormalsRoom;
 pub(crate) use normals::Topology;
+pub(crate) use posed::PosedRest;
 pub(crate) use vertex_controls::{VertexControls, vertex_controls};
 
 /// The surface of a shape without offsets.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct RestSurface {
     /// In metres.
     pub positions_m: Vec<Vec3>,
@@ -67,12 +69,17 @@ impl Surface {
 
     /// Changes the surface without offsets (of as many vertices); the offsets stay.
     pub fn set_rest(&mut self, topology: &Topology, rest: &RestSurface) {
+        self.set_positions(rest);
+        self.normals.copy_from_slice(&rest.normals);
+        self.update_normals(topology, rest);
+    }
+
+    /// As [`Self::set_rest`] without the normals, which are then to be updated.
+    pub fn set_positions(&mut self, rest: &RestSurface) {
         let still = rest.positions_m.iter().zip(&self.offsets_m);
         for (position, (still, offset)) in self.positions_m.iter_mut().zip(still) {
             *position = *still + *offset;
         }
-        self.normals.copy_from_slice(&rest.normals);
-        self.update_normals(topology, rest);
     }
 
     /// Takes over `offsets_m` of the soft vertices, three numbers a vertex, times their gains, softly
@@ -114,10 +121,7 @@ impl Surface {
         if !guard.limit(&rest.positions_m, &mut self.offsets_m, max_strain) {
             return;
         }
-        let still = rest.positions_m.iter().zip(&self.offsets_m);
-        for (position_m, (still_m, offset_m)) in self.positions_m.iter_mut().zip(still) {
-            *position_m = *still_m + *offset_m;
-        }
+        self.set_positions(rest);
         self.update_normals(topology, rest);
     }
 
@@ -142,7 +146,7 @@ impl Surface {
     }
 
     /// Area-weighted vertex normals, where faces can have moved.
-    fn update_normals(&mut self, topology: &Topology, rest: &RestSurface) {
+    pub fn update_normals(&mut self, topology: &Topology, rest: &RestSurface) {
         let (still, positions_m, normals) =
             (&rest.still_normals, &self.positions_m, &mut self.normals);
         ROOM.with_borrow_mut(|room| topology.update_normals(still, positions_m, room, normals));

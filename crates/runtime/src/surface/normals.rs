@@ -9,14 +9,14 @@ use wide::bytemuck::{cast_slice, cast_slice_mut};
 use super::pairs::{FacePair, pairs};
 use super::triples::{load, store_run};
 
-/// Which faces and normals can change when the soft vertices move.
+/// Which faces and normals can change in the rest pose.
 #[derive(Debug)]
 pub(crate) struct Topology {
     /// Vertices side by side that are soft, ascending.
     soft_runs: Vec<Range<usize>>,
     /// Vertices side by side whose normals can change, ascending.
     moving_runs: Vec<Range<usize>>,
-    /// Faces with a soft corner.
+    /// Faces with a corner that can move against the skeleton.
     moving_faces: Vec<FacePair>,
     /// Faces without one.
     still_faces: Vec<[u32; 3]>,
@@ -24,17 +24,19 @@ pub(crate) struct Topology {
 }
 
 impl Topology {
-    /// `soft_vertices` must be indices of `body`'s vertices, ascending.
+    /// `soft_vertices` must be indices of `body`'s vertices, ascending. Pose correctives can move any
+    /// vertex, so where a body has them all faces count as moving.
     pub fn new(body: &BodyModel, soft_vertices: &[u32]) -> Self {
         let mut soft = vec![false; body.vertex_count()];
         for &vertex in soft_vertices {
             soft[vertex as usize] = true;
         }
+        let corrects = !body.pose_dirs_m.is_empty();
         let (moving_faces, still_faces): (Vec<[u32; 3]>, Vec<_>) = body
             .faces
             .iter()
             .copied()
-            .partition(|face| face.iter().any(|&corner| soft[corner as usize]));
+            .partition(|face| corrects || face.iter().any(|&corner| soft[corner as usize]));
         let mut moving = vec![false; body.vertex_count()];
         for &corner in moving_faces.iter().flatten() {
             moving[corner as usize] = true;

@@ -4,7 +4,9 @@
 
 use std::sync::Arc;
 
-use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Pose, REGION_COUNT, SHAPE_COUNT, SkinWeights};
+use dynaskin_body::{
+    BodyModel, JOINT_COUNT, Joint, POSE_DIR_COUNT, Pose, REGION_COUNT, SHAPE_COUNT, SkinWeights,
+};
 use dynaskin_onnx::{Graph, LstmWeights, Precision, Value, WriteError};
 use dynaskin_runtime::features::{FeatureKind, INERTIAL_FEATURE_COUNT};
 use dynaskin_runtime::{Bundle, BundleFile, Learned, Model, RuntimeError};
@@ -114,6 +116,7 @@ pub fn body_of(size: Size) -> BodyModel {
     });
     BodyModel {
         name: "tube".to_owned(),
+        copyright: String::new(),
         joint_shape_dirs_m: (0..SHAPE_COUNT)
             .map(|k| joint_template_m.map(|j| j * 0.01 * (k + 1) as f32))
             .collect(),
@@ -128,6 +131,19 @@ pub fn body_of(size: Size) -> BodyModel {
         colors_srgba: Vec::new(),
         template_m,
     }
+}
+
+/// As [`body_of`], with pose correctives of some millimetres.
+pub fn corrected_body_of(size: Size) -> BodyModel {
+    let mut body = body_of(size);
+    let count = body.vertex_count();
+    let field = |field: usize| {
+        let numbers = numbers(40 + field, 3 * count);
+        let dirs = numbers.as_chunks::<3>().0.iter();
+        dirs.map(|xyz| 0.004 * Vec3::from_array(*xyz)).collect()
+    };
+    body.pose_dirs_m = (0..POSE_DIR_COUNT).map(field).collect();
+    body
 }
 
 /// The vertices that the made-up decoder moves: the middle rings and, wrongly, the topmost.
@@ -246,9 +262,14 @@ pub fn model() -> Arc<Model> {
 
 /// As [`model`], in another size.
 pub fn model_of(size: Size) -> Arc<Model> {
+    model_with(size, body_of(size))
+}
+
+/// Of a body of this size.
+pub fn model_with(size: Size, body: BodyModel) -> Arc<Model> {
     let (predictor, decoder) = (predictor_of(size), decoder_of(size));
     let bundle = bundle_of(size, &predictor, &decoder);
-    let model = Model::from_parts(bundle, Arc::new(body_of(size)), &predictor, &decoder);
+    let model = Model::from_parts(bundle, Arc::new(body), &predictor, &decoder);
     Arc::new(model.expect("the made-up bundle loads"))
 }
 

@@ -86,6 +86,7 @@ pub fn figure() -> BodyModel {
     thickness_shape_dirs_m.resize(SHAPE_COUNT, vec![0.0; count]);
     BodyModel {
         name: "figure".to_owned(),
+        copyright: String::new(),
         skin: template_m.iter().map(|p| skin_at(p.y)).collect(),
         template_m,
         faces,

@@ -155,7 +155,12 @@ export abstract class TissueDriver<Mesh extends object> {
       }
       const { poseSource } = options;
       const shape = core.guard(() => raw.shape());
-      const avatar = model.createAvatar({ shape, ...(poseSource && { poseSource }) });
+      // Only its offsets are taken.
+      const avatar = model.createAvatar({
+        shape,
+        poseCorrectives: false,
+        ...(poseSource && { poseSource }),
+      });
       taken.push(() => avatar.dispose());
       const tissue = core.guard(() => new core.glue.CoreTissue(raw, avatar.raw));
       taken.push(() => core.free(tissue));

@@ -6,8 +6,9 @@
  * @module
  */
 import type { Glue } from "../core.js";
-import { type LoadOptions, loadForm } from "../load.js";
-import type { Model } from "../model.js";
+import { type LoadBodyOptions, type LoadOptions, loadBodyWith, loadForm } from "../load.js";
+import type { Body, Model } from "../model.js";
+import type { WasmSource } from "../wasm/instantiate.js";
 import * as glue from "../wasm/slim.js";
 
 export * from "../index.js";
@@ -22,7 +23,21 @@ export * from "../index.js";
  *   `network` for an ONNX file and for files of another version of dynaskin
  */
 export async function load(options: LoadOptions): Promise<Model> {
-  const wasm = options?.wasm ?? new URL("../wasm/slim_bg.wasm", import.meta.url);
   // The same classes, generated once more.
-  return loadForm({ ...options, wasm }, "lowered", glue as unknown as Glue);
+  return loadForm(withWasm(options), "lowered", glue as unknown as Glue);
+}
+
+/**
+ * Loads a body alone as the main entry's `loadBody` does.
+ *
+ * @throws DynaSkinError as `loadBody` of the main entry
+ */
+export async function loadBody(options: LoadBodyOptions): Promise<Body> {
+  return loadBodyWith(withWasm(options), glue as unknown as Glue);
+}
+
+/** Options with this entry's WebAssembly file, unless they name another. */
+function withWasm<Options extends { wasm?: WasmSource }>(options: Options): Options {
+  const wasm = options?.wasm ?? new URL("../wasm/slim_bg.wasm", import.meta.url);
+  return { ...options, wasm };
 }

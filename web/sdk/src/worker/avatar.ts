@@ -48,6 +48,8 @@ export class WorkerAvatar
    * it. Another word throws `argument`.
    */
   declare detail: Detail;
+  /** Whether poses correct the skin; see `Avatar.poseCorrectives`. */
+  declare poseCorrectives: boolean;
   /** Where the poses come from; see `Avatar.poseSource`. Another word throws `argument` at once. */
   declare poseSource: PoseSource;
   /**

@@ -81,10 +81,11 @@ export async function createWorkerAvatar(options: WorkerAvatarOptions): Promise<
   const { shape } = sentShape(options);
   const model = await createWorkerModel(options);
   try {
-    const { poseSource } = options;
+    const { poseSource, poseCorrectives } = options;
     return await model.createLoneAvatar({
       ...(shape && { shape }),
       ...(poseSource && { poseSource }),
+      ...(poseCorrectives !== undefined && { poseCorrectives }),
     });
   } catch (error) {
     model.dispose();

@@ -55,6 +55,8 @@ export class WorkerModel {
     const avatar = new WorkerAvatar(link, target, state, () => onDispose(avatar));
     this.#made.add(avatar);
     if (options.poseSource !== undefined) avatar.poseSource = options.poseSource;
+    const { poseCorrectives } = options;
+    if (poseCorrectives !== undefined) avatar.poseCorrectives = poseCorrectives;
     return avatar;
   }
 

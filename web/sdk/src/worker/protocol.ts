@@ -39,6 +39,7 @@ export const AVATAR_SETTINGS = {
   dynamics: { check: Boolean },
   visible: { check: Boolean },
   detail: { check: unless(detailIndex) },
+  poseCorrectives: { check: Boolean },
   poseSource: { check: unless(poseSourceIndex) },
   scale: { check: unless(checkScale) },
   distanceM: { check: unless(checkDistance), silent: true },
