@@ -484,7 +484,7 @@ mod tests {
         let (blocks, latents) = basis.mirrored(&mirror);
         assert_eq!(blocks, [2, 1, 0]);
         let odd = latents.sign.iter().filter(|sign| **sign < 0.0).count();
-        assert!(odd > 0 && latents.len() == 24, "{latents:?}");
+        assert!(odd > 0 && latents.count() == 24, "{latents:?}");
         let latent = basis.project(&numbers[..6 * pairs]);
         for (i, got) in basis
             .project(&numbers[6 * pairs..12 * pairs])

@@ -145,14 +145,14 @@ impl Tie {
         let device = &device.clone().inner();
         let places = |of: &SignedPermutation| {
             let places: Vec<i32> = of.partner.iter().map(|place| *place as i32).collect();
-            Tensor::from_data(TensorData::new(places, [of.len()]), device)
+            Tensor::from_data(TensorData::new(places, [of.count()]), device)
         };
         let row_signs = rows.sign.iter();
         let half_signs =
             row_signs.flat_map(|row| columns.sign.iter().map(move |sign| 0.5 * row * sign));
         let half_signs = TensorData::new(
             half_signs.collect::<Vec<f32>>(),
-            [rows.len(), columns.len()],
+            [rows.count(), columns.count()],
         );
         Self {
             rows: places(rows),
@@ -223,7 +223,7 @@ impl Masks {
         let of_latents = tied.map_or_else(|| identity(sizes.latent), |tied| tied.latents.clone());
         let mask = |ones: Vec<f32>, rows: &[&SignedPermutation], columns: &SignedPermutation| {
             let rows = SignedPermutation::concat(rows);
-            let mut mask = Mask::new(ones, rows.len(), device);
+            let mut mask = Mask::new(ones, rows.count(), device);
             mask.tie = tied.map(|_| Tie::new(&rows, columns, device));
             mask
         };
@@ -663,7 +663,7 @@ mod tests {
     }
 
     fn mirrored(numbers: &[f32], by: &SignedPermutation) -> Vec<f32> {
-        let rows = numbers.chunks_exact(by.len());
+        let rows = numbers.chunks_exact(by.count());
         rows.flat_map(|row| {
             by.partner
                 .iter()

@@ -35,7 +35,7 @@ impl SignedPermutation {
     }
 
     /// Number of a row's numbers.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.partner.len()
     }
 
@@ -43,7 +43,7 @@ impl SignedPermutation {
     pub fn concat(parts: &[&Self]) -> Self {
         let mut all = Self::identity(0);
         for part in parts {
-            let first = all.len();
+            let first = all.count();
             all.partner.extend(part.partner.iter().map(|p| first + p));
             all.sign.extend_from_slice(&part.sign);
         }
@@ -54,7 +54,7 @@ impl SignedPermutation {
     pub fn unsigned(&self) -> Self {
         Self {
             partner: self.partner.clone(),
-            sign: vec![1.0; self.len()],
+            sign: vec![1.0; self.count()],
         }
     }
 
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn features_of_a_mirrored_motion_are_the_mirrored_features() {
         let permutation = SignedPermutation::of_motion();
-        assert_eq!(permutation.len(), PredictorInputs::MOTION_COUNT);
+        assert_eq!(permutation.count(), PredictorInputs::MOTION_COUNT);
         let body = fixture::symmetric_body(4).shaped(&[0.0; SHAPE_COUNT]);
         let kind = FeatureKind::InertialMaterials;
         let features = || MotionFeatures::new(kind, &body.joints_m, &[0.0; SHAPE_COUNT]);
