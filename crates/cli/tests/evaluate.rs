@@ -79,7 +79,8 @@ fn the_whole_report_has_its_sections_and_files() {
     let method = ["train", "spring-bones", "--without-body"];
     printed(&[&method[..], &train, &["--out", &springs]].concat());
 
-    let (report, subspaces) = (path("report.html"), path("subspaces.csv"));
+    // A folder that is not there yet.
+    let (report, subspaces) = (path("pages/report.html"), path("subspaces.csv"));
     fs::write(
         &subspaces,
         "clip,latents,frame,autoencoder_mm,pca_mm\nhop,50,0,0.2,0.3\nhop,50,1,0.3,0.4\n",
@@ -117,8 +118,10 @@ fn the_whole_report_has_its_sections_and_files() {
     ] {
         assert!(html.contains(part), "the page lacks {part}");
     }
-    let table =
-        |what: &str, names: usize| csv(&folder.path().join(format!("report-{what}.csv")), names);
+    let table = |what: &str, names: usize| {
+        let file = format!("pages/report-{what}.csv");
+        csv(&folder.path().join(file), names)
+    };
     let methods = ["static", "spring-bones", "dynaskin"];
     // The truth is the same in both minutes, and so is what stands still.
     let drift = table("drift", 1);
