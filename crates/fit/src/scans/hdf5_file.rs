@@ -223,6 +223,9 @@ enum Trouble {
 
 /// The only way in which a shape has the body's vertices and three coordinates.
 fn layout(shape: &[usize], vertices: usize) -> Result<Layout, Trouble> {
+    if shape.len() != 3 {
+        return Err(Trouble::OtherMesh);
+    }
     let mut found = Vec::new();
     for (vertex, xyz, frame) in [
         (0, 1, 2),

@@ -10,6 +10,7 @@ mod export;
 mod inputs;
 mod lanes;
 mod locality;
+mod masks;
 mod predictor;
 mod prepare;
 mod spin;

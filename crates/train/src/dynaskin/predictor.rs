@@ -22,7 +22,7 @@
 //! latent = [m, h', e, c] R
 //! ```
 //!
-//! **Left and right are tied** where the body is symmetric ([`SignedPermutation`]): every matrix is the mean
+//! **Left and right are tied** where the body is symmetric ([`super::SignedPermutation`]): every matrix is the mean
 //! of itself and its mirror image, so a mirrored motion gives mirrored latents by construction.
 //!
 //! Every unit belongs to a block of the body, and all weights are zero between different blocks
@@ -40,10 +40,10 @@
 
 use burn::module::{Module, Param};
 use burn::nn::Initializer;
-use burn::tensor::{Device, Int, Tensor, TensorData, activation};
+use burn::tensor::{Device, Tensor, TensorData, activation};
 
-use super::locality::{Locality, Units, same_block};
-use super::symmetry::SignedPermutation;
+use super::locality::Locality;
+use super::masks::{Masks, tied_vector};
 
 /// Frames are cut from a window in two stages of about this many, because the gradient of a cut is
 /// as large as what it was cut from.
@@ -101,208 +101,6 @@ pub struct Predictor {
     /// Where the weights may differ from 0.
     #[module(skip)]
     masks: Masks,
-}
-
-/// Ones where a unit may be connected to another ([`Locality`]), as long and wide as the weights are. They do not
-/// change, so they lie on the network's device from the start, without gradients.
-#[derive(Clone, Debug)]
-struct Masks {
-    encoder: Mask,
-    drive: Mask,
-    poles: Mask,
-    mode_scale: Mask,
-    code: Mask,
-    from_code: Mask,
-    from_condition: Mask,
-    from_hidden: Mask,
-    readout: Mask,
-    poles_bias: Option<Tie>,
-    bias: Option<Tie>,
-}
-
-/// The mask of one matrix of weights, and its mirror image.
-#[derive(Clone, Debug)]
-struct Mask {
-    ones: Tensor<2>,
-    /// Numbers of the matrix.
-    all: usize,
-    /// Those of them that are 1.
-    connected: usize,
-    tie: Option<Tie>,
-}
-
-/// How a matrix or vector of weights is tied to its mirror image.
-#[derive(Clone, Debug)]
-struct Tie {
-    rows: Tensor<1, Int>,
-    columns: Tensor<1, Int>,
-    /// Half the product of the signs of row and column, one where neither changes.
-    half_signs: Tensor<2>,
-}
-
-impl Tie {
-    fn new(rows: &SignedPermutation, columns: &SignedPermutation, device: &Device) -> Self {
-        let device = &device.clone().inner();
-        let places = |of: &SignedPermutation| {
-            let places: Vec<i32> = of.partner.iter().map(|place| *place as i32).collect();
-            Tensor::from_data(TensorData::new(places, [of.count()]), device)
-        };
-        let row_signs = rows.sign.iter();
-        let half_signs =
-            row_signs.flat_map(|row| columns.sign.iter().map(move |sign| 0.5 * row * sign));
-        let half_signs = TensorData::new(
-            half_signs.collect::<Vec<f32>>(),
-            [rows.count(), columns.count()],
-        );
-        Self {
-            rows: places(rows),
-            columns: places(columns),
-            half_signs: Tensor::from_data(half_signs, device),
-        }
-    }
-
-    /// The mean of `weights` and their mirror image.
-    fn apply(&self, weights: Tensor<2>) -> Tensor<2> {
-        let mirrored = weights.clone().select(0, self.rows.clone());
-        let mirrored = mirrored.select(1, self.columns.clone()) * self.half_signs.clone();
-        weights * 0.5 + mirrored
-    }
-}
-
-impl Mask {
-    /// From ones and zeros, row by row, for weights of so many rows.
-    fn new(ones: Vec<f32>, rows: usize, device: &Device) -> Self {
-        let (all, connected) = (ones.len(), ones.iter().filter(|one| **one != 0.0).count());
-        let ones = TensorData::new(ones, [rows, all / rows.max(1)]);
-        Self {
-            ones: Tensor::from_data(ones, &device.clone().inner()),
-            all,
-            connected,
-            tie: None,
-        }
-    }
-
-    /// `weights` with zeros where the mask has them, and tied to their mirror image.
-    fn apply(&self, weights: &Param<Tensor<2>>) -> Tensor<2> {
-        let connected = weights.val() * self.ones.clone();
-        match &self.tie {
-            Some(tie) => tie.apply(connected),
-            None => connected,
-        }
-    }
-
-    /// Factor on the initial weights of a unit with fewer connections, which keeps its output's variance.
-    fn gain(&self) -> f64 {
-        (self.all as f64 / f64::from((self.connected as f32).max(1.0))).sqrt()
-    }
-}
-
-impl Masks {
-    fn new(sizes: PredictorSizes, locality: &Locality, device: &Device) -> Self {
-        let tied = locality.mirror.as_ref();
-        let encoding = locality.units(sizes.encoding);
-        let springs = locality.units(sizes.springs);
-        let hidden = locality.units(sizes.hidden);
-        let latents = locality.latent_blocks();
-        let modes = springs.blocks.repeat(2);
-        let gates = hidden.blocks.repeat(3);
-        let (motion, conditions) = (sizes.motion, sizes.conditions);
-        let mirror = |units: &Units| {
-            let identity = || SignedPermutation::identity(units.blocks.len());
-            units.mirror.clone().unwrap_or_else(identity)
-        };
-        let of_encoding = mirror(&encoding);
-        let of_springs = mirror(&springs);
-        let of_modes = of_springs.repeat(2);
-        let of_poles = of_modes.unsigned();
-        let of_hidden = mirror(&hidden);
-        let of_gates = of_hidden.unsigned().repeat(3);
-        let of_conditions = SignedPermutation::identity(conditions);
-        let identity = |count: usize| SignedPermutation::identity(count);
-        let of_motion = tied.map_or_else(|| identity(motion), |tied| tied.motion.clone());
-        let of_latents = tied.map_or_else(|| identity(sizes.latent), |tied| tied.latents.clone());
-        let mask = |ones: Vec<f32>, rows: &[&SignedPermutation], columns: &SignedPermutation| {
-            let rows = SignedPermutation::concat(rows);
-            let mut mask = Mask::new(ones, rows.count(), device);
-            mask.tie = tied.map(|_| Tie::new(&rows, columns, device));
-            mask
-        };
-        let bias = |columns: &SignedPermutation| {
-            tied.map(|_| Tie::new(&SignedPermutation::identity(1), columns, device))
-        };
-        let (encoding, springs, hidden) = (&encoding.blocks, &springs.blocks, &hidden.blocks);
-        Self {
-            encoder: mask(locality.motion_mask(encoding), &[&of_motion], &of_encoding),
-            drive: mask(
-                [locality.motion_mask(springs), same_block(encoding, springs)].concat(),
-                &[&of_motion, &of_encoding],
-                &of_springs,
-            ),
-            poles: mask(
-                [
-                    locality.condition_mask(&modes),
-                    same_block(encoding, &modes),
-                ]
-                .concat(),
-                &[&of_conditions, &of_encoding],
-                &of_poles,
-            ),
-            poles_bias: bias(&of_poles),
-            mode_scale: mask(
-                locality.condition_mask(&modes),
-                &[&of_conditions],
-                &of_poles,
-            ),
-            code: mask(
-                [
-                    locality.neighbour_mask(&modes, encoding),
-                    locality.neighbour_mask(encoding, encoding),
-                ]
-                .concat(),
-                &[&of_modes, &of_encoding],
-                &of_encoding,
-            ),
-            from_code: mask(
-                same_block(encoding, &hidden.repeat(4)),
-                &[&of_encoding],
-                &SignedPermutation::concat(&[&of_gates, &of_hidden]),
-            ),
-            from_condition: mask(
-                locality.condition_mask(&gates),
-                &[&of_conditions],
-                &of_gates,
-            ),
-            bias: bias(&of_gates),
-            from_hidden: mask(same_block(hidden, &gates), &[&of_hidden], &of_gates),
-            readout: mask(
-                same_block(
-                    &[modes.as_slice(), hidden, encoding, encoding].concat(),
-                    &latents,
-                ),
-                &[&of_modes, &of_hidden, &of_encoding, &of_encoding],
-                &of_latents,
-            ),
-        }
-    }
-
-    /// Number of weights that stay 0.
-    fn silent(&self) -> usize {
-        let masks = [
-            &self.encoder,
-            &self.drive,
-            &self.poles,
-            &self.mode_scale,
-            &self.code,
-            &self.from_code,
-            &self.from_condition,
-            &self.from_hidden,
-            &self.readout,
-        ];
-        masks
-            .into_iter()
-            .map(|mask| mask.all - mask.connected)
-            .sum()
-    }
 }
 
 /// The state of a batch of lanes. Zero is the state at rest.
@@ -591,15 +389,6 @@ impl Predictor {
     }
 }
 
-fn tied_vector(weights: &Param<Tensor<1>>, tie: Option<&Tie>) -> Tensor<1> {
-    match tie {
-        Some(tie) => tie
-            .apply(weights.val().unsqueeze::<2>())
-            .squeeze_dim::<1>(0),
-        None => weights.val(),
-    }
-}
-
 /// Cuts `[frames · lanes, width]` into one piece a frame.
 fn ticks(window: Tensor<2>, lanes: usize) -> impl Iterator<Item = Tensor<2>> {
     let blocks = window.split(BLOCK_FRAMES * lanes, 0).into_iter();
@@ -632,6 +421,7 @@ mod tests {
 
     use super::*;
     use crate::dynaskin::locality::LocalityMirror;
+    use crate::dynaskin::symmetry::SignedPermutation;
 
     const FRAMES: usize = 9;
 
