@@ -37,7 +37,8 @@ describe("controls", () => {
     const avatar = model.createAvatar();
     const { strength, rootInertia, regions } = avatar.controls;
     expect([strength, rootInertia]).toEqual([1, 1]);
-    expect(regions.belly.limitCm).toBeCloseTo(17, 4);
+    expect(regions.chest.limitCm).toBeCloseTo(17, 4);
+    expect(regions.belly.limitCm).toBeCloseTo(12, 4);
     expect(regions.calves.limitCm).toBeCloseTo(3, 4);
     avatar.setControls({ strength: 0.5, regions: { thighs: { stiffness: 2, limitCm: 3 } } });
     const changed = avatar.controls;

@@ -8,8 +8,10 @@ use std::collections::HashSet;
 
 use glam::Vec3;
 
-/// Sweeps over all edges at most.
+/// Sweeps over all edges at most, between two looks for triangles that turned over.
 const MOST_SWEEPS: usize = 64;
+/// So often at most triangles are turned back and edges limited again.
+const MOST_ROUNDS: usize = 8;
 /// An edge this little beyond the limit is left alone, as a share of its length.
 const TOLERANCE: f32 = 0.02;
 
@@ -48,6 +50,18 @@ impl Guard {
     /// length; those within it stay as they are. Returns whether any was beyond.
     pub fn limit(&self, rest_m: &[Vec3], offsets_m: &mut [Vec3], max_strain: f32) -> bool {
         let mut has_moved = false;
+        for _ in 0..MOST_ROUNDS {
+            has_moved |= self.limit_edges(rest_m, offsets_m, max_strain);
+            // Thin triangles can still turn over within that, and turning them back stretches others.
+            if !self.unfold_all(rest_m, offsets_m) {
+                break;
+            }
+            has_moved = true;
+        }
+        has_moved
+    }
+
+    fn limit_edges(&self, rest_m: &[Vec3], offsets_m: &mut [Vec3], max_strain: f32) -> bool {
         for sweep in 0..MOST_SWEEPS {
             // There and back, or one end of the mesh would be preferred.
             let moved = if sweep % 2 == 0 {
@@ -56,18 +70,20 @@ impl Guard {
                 sweep_over(self.edges.iter().rev(), rest_m, offsets_m, max_strain)
             };
             if !moved {
-                break;
+                return sweep > 0;
             }
-            has_moved = true;
         }
-        // Thin triangles can still turn over within that.
-        for _ in 0..MOST_SWEEPS {
+        true
+    }
+
+    /// Turns triangles back until none faces the other way. Returns whether there were any.
+    fn unfold_all(&self, rest_m: &[Vec3], offsets_m: &mut [Vec3]) -> bool {
+        for sweep in 0..MOST_SWEEPS {
             if !self.unfold(rest_m, offsets_m) {
-                break;
+                return sweep > 0;
             }
-            has_moved = true;
         }
-        has_moved
+        true
     }
 
     /// Moves the corners of triangles that face the other way as one. Returns whether there were any.
