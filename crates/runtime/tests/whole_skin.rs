@@ -41,10 +41,8 @@ fn largest_strain(avatar: &Avatar, faces: &[[u32; 3]]) -> f32 {
 fn neighbours_of_other_gains_do_not_tear_the_skin() {
     let model = shipped::model("female");
     let mut avatar = Avatar::new(std::sync::Arc::clone(&model), &SHAPE).unwrap();
-    let mut controls = Controls {
-        strength: 3.07,
-        ..Controls::default()
-    };
+    let mut controls = Controls::default();
+    controls.strength = 3.07;
     for region in Region::ALL {
         let at = region as usize;
         let of_region = &mut controls.regions[at];
