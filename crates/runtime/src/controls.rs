@@ -16,8 +16,8 @@ pub const OFFSET_LIMIT_M: f32 = 0.20;
 /// Offsets up to half of a limit are left alone. Half of it is about what the region reaches at most in the
 /// simulated training data with the usual tissue, both sexes, all shapes and motions: 92 mm (chest; 78 in 99
 /// of 100 clips), 53 (belly), 54 (buttocks), 33 (thighs), 9 (calves) and 35 (upper arms). The whole limit
-/// lies above what tissue of a quarter of the stiffness reaches, 159, 109, 102, 63, 23 and 49 mm. Poses that no body takes would
-/// otherwise pull a calf or an arm as far as a chest.
+/// lies above what tissue of a quarter of the stiffness reaches, 159, 109, 102, 63, 23 and 49 mm. Poses that
+/// no body takes would otherwise pull a calf or an arm as far as a chest.
 pub const REGION_LIMITS_M: [f32; REGION_COUNT] = [0.17, 0.12, 0.12, 0.08, 0.03, 0.08];
 
 /// Largest strength, region gain and root inertia.

@@ -22,23 +22,8 @@ pub const INERTIAL_JOINTS: [Joint; 10] = [
     Joint::RightShoulder,
 ];
 
-/// The joints whose local rotation is a feature of kind `inertial`, in feature order.
-pub const ROTATION_JOINTS: [Joint; 11] = [
-    Joint::Spine1,
-    Joint::Spine2,
-    Joint::Spine3,
-    Joint::LeftHip,
-    Joint::RightHip,
-    Joint::LeftKnee,
-    Joint::RightKnee,
-    Joint::LeftCollar,
-    Joint::RightCollar,
-    Joint::LeftShoulder,
-    Joint::RightShoulder,
-];
-
-/// The joints whose local rotation is a feature of kind `inertial-materials`, in feature order: those of
-/// [`ROTATION_JOINTS`], and elbows and ankles, which bend the ends of the tissue of arms and calves.
+/// The joints whose local rotation is a feature of kind `inertial-materials`, in feature order. Those after
+/// the first eleven, elbows and ankles, bend the ends of the tissue of arms and calves.
 pub const BENDING_JOINTS: [Joint; 15] = [
     Joint::Spine1,
     Joint::Spine2,
@@ -56,6 +41,13 @@ pub const BENDING_JOINTS: [Joint; 15] = [
     Joint::LeftAnkle,
     Joint::RightAnkle,
 ];
+
+/// The joints whose local rotation is a feature of kind `inertial`, in feature order: the first of
+/// [`BENDING_JOINTS`].
+pub const ROTATION_JOINTS: [Joint; 11] = match BENDING_JOINTS.first_chunk() {
+    Some(joints) => *joints,
+    None => unreachable!(),
+};
 
 /// Motion features of kind `inertial`: 9 numbers for each of [`INERTIAL_JOINTS`], 6 for each of
 /// [`ROTATION_JOINTS`].

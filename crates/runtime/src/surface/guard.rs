@@ -61,6 +61,7 @@ impl Guard {
         has_moved
     }
 
+    /// Lets the ends of edges beyond the limit share what is too much. Returns whether there were any.
     fn limit_edges(&self, rest_m: &[Vec3], offsets_m: &mut [Vec3], max_strain: f32) -> bool {
         for sweep in 0..MOST_SWEEPS {
             // There and back, or one end of the mesh would be preferred.
