@@ -31,8 +31,8 @@ pub use dynaskin_body::Materials;
 pub use materials::{MULTIPLIERS, drawn_materials};
 pub use run::{
     CollarHabit, DRAWN_SHAPES, HELD_OUT_SHAPES, HeldPoses, Job, JobReport, Motion, Outcome,
-    RigHabit, Run, RunError, TRAINING_SHAPES, captures, drawn_shape, execute, held_poses,
-    procedurals, thin_captures,
+    PoseMovement, RigHabit, Run, RunError, TRAINING_SHAPES, captures, drawn_shape, execute,
+    held_poses, procedurals, thin_captures,
 };
 pub use settings::{SettingsError, SimSettings, Tissue};
 pub use shell::{Shell, ShellError, ShellReport, Surface, soft_vertices};

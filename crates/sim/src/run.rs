@@ -18,7 +18,7 @@ use dynaskin_body::Materials;
 pub use error::RunError;
 pub use execute::execute;
 pub use motions::{Motion, captures, held_poses, procedurals, thin_captures};
-pub use poses::HeldPoses;
+pub use poses::{HeldPoses, PoseMovement};
 pub use rigs::{CollarHabit, RigHabit};
 pub(crate) use shapes::even_shape;
 pub use shapes::{DRAWN_SHAPES, HELD_OUT_SHAPES, TRAINING_SHAPES, drawn_shape};

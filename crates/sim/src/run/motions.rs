@@ -8,7 +8,7 @@ use dynaskin_motion::{Clip, MODEL_RATE_HZ, MotionFile, Procedural, ProceduralKin
 use glam::Vec3;
 
 use super::error::RunError;
-use super::poses::HeldPoses;
+use super::poses::{HeldPoses, PoseMovement};
 
 /// A motion of the data set.
 #[derive(Clone, Debug, PartialEq)]
@@ -253,22 +253,34 @@ const HELD_CLIPS: [(&str, u64); 3] = [
     ("held-poses-validation", 4),
     ("held-poses-test", 6),
 ];
+/// The same of poses in which the body is jerked.
+const JERKED_CLIPS: [(&str, u64); 3] = [
+    ("jerked-poses", 16),
+    ("jerked-poses-validation", 2),
+    ("jerked-poses-test", 2),
+];
 /// Length of such a clip in seconds.
 const HELD_SECONDS: f64 = 10.0;
 
-/// Poses held and changed slowly, from T- and A-poses to lying down, with collars that turn. The clips
-/// of each of the three kinds have other poses.
+/// Poses held and changed slowly, from T- and A-poses to lying down, with collars that turn, and poses in
+/// which the body is jerked a little and left to ring. The clips of each kind have other poses.
 pub fn held_poses() -> Vec<Motion> {
     let mut motions = Vec::new();
-    for (kind, count) in HELD_CLIPS {
-        for number in 0..count {
-            motions.push(Motion::Held {
-                name: format!("{kind}-{number}"),
-                poses: HeldPoses {
-                    seed: 1000 * motions.len() as u64 + number,
-                    duration_seconds: HELD_SECONDS,
-                },
-            });
+    for (kinds, movement) in [
+        (HELD_CLIPS, PoseMovement::Sways),
+        (JERKED_CLIPS, PoseMovement::Jerks),
+    ] {
+        for (kind, count) in kinds {
+            for number in 0..count {
+                motions.push(Motion::Held {
+                    name: format!("{kind}-{number}"),
+                    poses: HeldPoses {
+                        seed: 1000 * motions.len() as u64 + number,
+                        duration_seconds: HELD_SECONDS,
+                        movement,
+                    },
+                });
+            }
         }
     }
     motions

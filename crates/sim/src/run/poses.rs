@@ -1,5 +1,5 @@
-//! Poses that avatars are held in and slowly moved between, with a bounce or a shake now and then: what
-//! captures of sports and everyday movement hardly have.
+//! Poses that avatars are held in and slowly moved between, with a bounce, a shake or a jerk now and then:
+//! what captures of sports and everyday movement hardly have.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -17,6 +17,12 @@ const CHANGE_SECONDS: [f64; 2] = [0.5, 1.6];
 const BOUNCE_M: [f64; 2] = [0.01, 0.05];
 const SHAKE_RAD: [f64; 2] = [0.03, 0.12];
 const TEMPO_HZ: [f64; 2] = [1.2, 3.0];
+/// A jerk: how far the body is moved and turned, how long that takes, and how long its tissue then rings,
+/// by which the next one may follow. Metres, radians and seconds.
+const JERK_M: [f64; 2] = [0.003, 0.02];
+const JERK_RAD: [f64; 2] = [0.01, 0.06];
+const JERK_SECONDS: [f64; 2] = [0.05, 0.15];
+const RING_SECONDS: [f64; 2] = [0.6, 1.4];
 /// Largest turn of a collar up or down, in radians, and to the front or back.
 const COLLAR_RAISE: f64 = 0.7;
 const COLLAR_AHEAD: f64 = 0.25;
@@ -178,6 +184,18 @@ pub struct HeldPoses {
     pub seed: u64,
     /// Length of the clip in seconds.
     pub duration_seconds: f64,
+    /// What the body does in a pose.
+    pub movement: PoseMovement,
+}
+
+/// What a body does in the poses it is held in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PoseMovement {
+    /// It bounces or shakes in half of them and is still in the others.
+    Sways,
+    /// It is jerked a little in each and left to ring, again and again: the tissue's own frequencies, which
+    /// larger movements hide.
+    Jerks,
 }
 
 /// What stands at a time: a pose, and what the body does in it.
@@ -187,6 +205,17 @@ struct Stop {
     /// From when to when it is held, in seconds.
     held: [f64; 2],
     sway: Sway,
+    jerks: Vec<Jerk>,
+}
+
+/// A short movement of the whole body to where it then stays.
+#[derive(Clone, Copy, Debug)]
+struct Jerk {
+    /// When it begins and ends, in seconds.
+    span: [f64; 2],
+    moved_m: DVec3,
+    /// Axis times radians.
+    turned: DVec3,
 }
 
 /// A bounce or a shake of the whole body.
@@ -206,12 +235,38 @@ impl HeldPoses {
         while at < self.duration_seconds {
             let first = stops.is_empty();
             let held = &HELD[rng.random_range(0..if first { 2 } else { HELD.len() })];
-            let until = at + between(&mut rng, HOLD_SECONDS);
-            stops.push(Stop {
-                pose: drawn(held, joints_rest_m, &mut rng),
-                held: [at, until],
-                sway: Sway::drawn(&mut rng),
-            });
+            let stop = match self.movement {
+                PoseMovement::Sways => {
+                    let until = at + between(&mut rng, HOLD_SECONDS);
+                    Stop {
+                        pose: drawn(held, joints_rest_m, &mut rng),
+                        held: [at, until],
+                        sway: Sway::drawn(&mut rng),
+                        jerks: Vec::new(),
+                    }
+                }
+                PoseMovement::Jerks => {
+                    let jerks = Jerk::drawn(at, &mut rng);
+                    // The clip begins in the rest pose, which bodies are shown in.
+                    let pose = if first {
+                        Pose::REST
+                    } else {
+                        drawn(held, joints_rest_m, &mut rng)
+                    };
+                    Stop {
+                        pose,
+                        held: [
+                            at,
+                            jerks.last().map_or(at, |jerk| jerk.span[1])
+                                + between(&mut rng, RING_SECONDS),
+                        ],
+                        sway: Sway::default(),
+                        jerks,
+                    }
+                }
+            };
+            let until = stop.held[1];
+            stops.push(stop);
             at = until + between(&mut rng, CHANGE_SECONDS);
         }
         let last = (self.duration_seconds * MODEL_RATE_HZ).round() as usize;
@@ -222,6 +277,37 @@ impl HeldPoses {
                 .map(|frame| at_time(&stops, frame as f64 / MODEL_RATE_HZ))
                 .collect(),
         }
+    }
+}
+
+impl Jerk {
+    /// Three jerks of a pose that is held from `at` on.
+    fn drawn(at: f64, rng: &mut Pcg64Mcg) -> Vec<Self> {
+        let mut until = at;
+        let jerks = (0..3).map(|_| {
+            let from = until + between(rng, RING_SECONDS);
+            until = from + between(rng, JERK_SECONDS);
+            let turned = if rng.random::<bool>() {
+                direction(rng) * between(rng, JERK_RAD)
+            } else {
+                DVec3::ZERO
+            };
+            Self {
+                span: [from, until],
+                moved_m: direction(rng) * between(rng, JERK_M),
+                turned,
+            }
+        });
+        jerks.collect()
+    }
+
+    /// Moves a pose as far as the body is at `seconds`.
+    fn applied(&self, pose: &mut Pose, seconds: f64) {
+        let [from, until] = self.span;
+        let share = smooth((seconds - from) / (until - from));
+        pose.root_translation_m += self.moved_m * share;
+        let turn = DQuat::from_scaled_axis(self.turned * share);
+        pose.parent_from_joint[0] = turn * pose.parent_from_joint[0];
     }
 }
 
@@ -278,9 +364,22 @@ fn at_time(stops: &[Stop], seconds: f64) -> Pose {
     match stops.get(after) {
         Some(next) if seconds > until => {
             let share = smooth((seconds - until) / (next.held[0] - until));
-            blended(&now.pose, &next.pose, share)
+            blended(&now.jerked(until), &next.pose, share)
         }
-        _ => now.sway.applied(&now.pose, seconds - from, until - from),
+        _ => now
+            .sway
+            .applied(&now.jerked(seconds), seconds - from, until - from),
+    }
+}
+
+impl Stop {
+    /// Its pose as far as jerks have moved it by then.
+    fn jerked(&self, seconds: f64) -> Pose {
+        let mut pose = self.pose.clone();
+        for jerk in &self.jerks {
+            jerk.applied(&mut pose, seconds);
+        }
+        pose
     }
 }
 
@@ -411,6 +510,7 @@ mod tests {
         let held = |seed| HeldPoses {
             seed,
             duration_seconds: 12.0,
+            movement: PoseMovement::Sways,
         };
         let clip = held(4).clip(&joints());
         assert_eq!(clip.frames.len(), 721);
@@ -428,5 +528,31 @@ mod tests {
         }
         // Half a turn in half a second at its fastest.
         assert!((0.02..0.25).contains(&turned), "{turned} rad in a tick");
+    }
+
+    #[test]
+    fn jerks_are_small_and_the_body_stays_where_they_left_it() {
+        let jerked = HeldPoses {
+            seed: 3,
+            duration_seconds: 12.0,
+            movement: PoseMovement::Jerks,
+        };
+        let clip = jerked.clip(&joints());
+        assert_eq!(clip.frames[0], Pose::REST);
+        let speeds_m_s: Vec<f64> = clip
+            .frames
+            .windows(2)
+            .map(|pair| {
+                let moved_m = pair[1].root_translation_m - pair[0].root_translation_m;
+                moved_m.length() * MODEL_RATE_HZ
+            })
+            .collect();
+        // The first pose alone, which lasts for 2.55 s at least: jerks from 0.6 s on, each followed by stillness.
+        let first = &speeds_m_s[..(2.5 * MODEL_RATE_HZ) as usize];
+        let fastest = first.iter().fold(0.0_f64, |most, speed| most.max(*speed));
+        assert!((0.02..0.8).contains(&fastest), "{fastest} m/s");
+        assert!(first[..35].iter().all(|speed| *speed == 0.0));
+        let still = first.iter().filter(|speed| **speed == 0.0).count();
+        assert!(still > first.len() / 2, "{still} of {}", first.len());
     }
 }
