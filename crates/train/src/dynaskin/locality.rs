@@ -133,19 +133,21 @@ impl Locality {
             .collect()
     }
 
-    /// `units` units, shared out in proportion to the latents: so many of one block, then of the next. With
+    /// `units` units, shared out by the square roots of the numbers of latents: so many of one block, then of
+    /// the next. In proportion to the latents a block of few, whose motion is no simpler, would get too few. With
     /// left and right tied both sides of the body get as many, whose mirror images they are. On the midline
     /// every second unit is odd: it changes its sign in a mirror image.
     pub fn units(&self, units: usize) -> Units {
-        let blocks = self.latent_blocks();
-        let in_proportion = (0..units).map(|unit| blocks[unit * blocks.len() / units]);
+        let counts = self.shared_out(units);
         let Some(mirror) = &self.mirror else {
+            let blocks = counts.iter().enumerate();
             return Units {
-                blocks: in_proportion.collect(),
+                blocks: blocks
+                    .flat_map(|(block, count)| std::iter::repeat_n(block, *count))
+                    .collect(),
                 mirror: None,
             };
         };
-        let counts = self.tied_counts(&mirror.blocks, units);
         let first = |block: usize| counts[..block].iter().sum::<usize>();
         let mut laid = Units {
             blocks: Vec::new(),
@@ -167,16 +169,18 @@ impl Locality {
 
     /// How many of `units` units each block gets, both sides of a pair as many. Where no block lies on the
     /// midline and the number is odd, one is left over.
-    fn tied_counts(&self, others: &[usize], units: usize) -> Vec<usize> {
-        let all: usize = self.latents.iter().sum();
+    fn shared_out(&self, units: usize) -> Vec<usize> {
+        let other = |block: usize| self.mirror.as_ref().map_or(block, |m| m.blocks[block]);
+        let roots: Vec<f64> = self.latents.iter().map(|n| (*n as f64).sqrt()).collect();
+        let all: f64 = roots.iter().sum();
         let mut counts = vec![0; self.latents.len()];
         let mut left = units;
         loop {
             // The block that lacks most of its share, if there is enough left for it and its partner.
-            let groups = (0..counts.len()).filter(|block| *block <= others[*block]);
-            let size = |block: usize| if others[block] == block { 1 } else { 2 };
+            let groups = (0..counts.len()).filter(|block| *block <= other(*block));
+            let size = |block: usize| if other(block) == block { 1 } else { 2 };
             let lacks = |block: usize| {
-                let share = (units * self.latents[block]) as f64 / all.max(1) as f64;
+                let share = units as f64 * roots[block] / all.max(f64::MIN_POSITIVE);
                 share - counts[block] as f64
             };
             let affordable = groups.filter(|block| size(*block) <= left);
@@ -185,7 +189,7 @@ impl Locality {
             };
             left -= size(block);
             counts[block] += 1;
-            counts[others[block]] = counts[block];
+            counts[other(block)] = counts[block];
         }
     }
 }
@@ -285,12 +289,12 @@ mod tests {
     use crate::fixture;
 
     #[test]
-    fn units_are_shared_out_in_proportion() {
+    fn units_are_shared_out_by_the_roots_of_the_latents() {
         let locality = Locality {
             motion_inputs: vec![vec![true, false], vec![false, true]],
             condition_inputs: vec![vec![true], vec![false]],
             near: vec![vec![true, false], vec![true, true]],
-            latents: vec![1, 3],
+            latents: vec![1, 9],
             mirror: None,
         };
         assert_eq!(locality.units(8).blocks, [0, 0, 1, 1, 1, 1, 1, 1]);
