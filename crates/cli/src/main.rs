@@ -2,10 +2,24 @@
 
 mod commands;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
+
+const EXAMPLES: &str = "Examples:
+  dynaskin play walk.bvh --body female --weight 80 --out walk.mp4
+  dynaskin bind me.vrm --body models/female/body.glb --depicts adult
+  dynaskin fit --body models/female/body.glb --scans hop.npz --unit m --rate 60 --out hop_fit.npz
+  dynaskin simulate --body models/female/body.glb --out data/female --preset full --mocap captures --plan
+  dynaskin train --data data/female --body models/female/body.glb --out models/female
+  dynaskin evaluate --model models/female --data data/female --report report.html
+
+Each subcommand has --help. `dynaskin completions SHELL` prints completions for bash, zsh, fish, elvish and PowerShell.";
 
 #[derive(Parser)]
-#[command(version, about = "Bodies, motions and training data for dynaskin")]
+#[command(
+    version,
+    about = "Bodies, motions and training data for dynaskin",
+    after_help = EXAMPLES
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -13,6 +27,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Play a motion on a body, and write the moving skin as a video or as meshes.
+    Play(commands::play::PlayArgs),
     /// Make body models.
     #[command(subcommand)]
     Body(commands::body::BodyCommand),
@@ -34,10 +50,13 @@ enum Command {
     Slim(commands::slim::SlimArgs),
     /// Measure a bundle, or compare methods in a report, on clips that they were not trained on.
     Evaluate(commands::evaluate::EvaluateArgs),
+    /// Print completions for a shell.
+    Completions(commands::completions::CompletionsArgs),
 }
 
 fn main() -> anyhow::Result<()> {
     match Cli::parse().command {
+        Command::Play(args) => commands::play::run(&args),
         Command::Body(command) => commands::body::run(&command),
         Command::Bind(args) => commands::bind::run(&args),
         Command::Avatars(args) => commands::avatars::run(&args),
@@ -48,6 +67,10 @@ fn main() -> anyhow::Result<()> {
         Command::Train(args) => commands::train::run(&args),
         Command::Slim(args) => commands::slim::run(&args),
         Command::Evaluate(args) => commands::evaluate::run(&args),
+        Command::Completions(args) => {
+            commands::completions::run(&args, &mut Cli::command());
+            Ok(())
+        }
     }?;
     commands::check_printed()
 }

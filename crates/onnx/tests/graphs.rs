@@ -135,6 +135,36 @@ fn half_precision_weights_are_half_the_bytes_and_nearly_the_numbers() {
 }
 
 #[test]
+fn short_halves_have_eight_significant_bits_and_stay_finite() {
+    let numbers = [
+        0.0, 1.0, 1.003_9, -1.003_9, 1.002, 65_504.0, -65_504.0, 6e-8, 255.5,
+    ];
+    let mut graph = Graph::new("short");
+    let x = graph.input("x", &[1, 1]).unwrap();
+    let weights = graph
+        .weights("w", &[1, numbers.len()], &numbers, Precision::ShortHalf)
+        .unwrap();
+    let y = graph.matmul(&x, &weights).unwrap();
+    graph.output("y", &y).unwrap();
+    let got = run_tract(&graph.into_bytes(), &[vec![1.0]]).unwrap();
+    // Between 1 and 2 steps are of 1/128; the largest number has no neighbour above it.
+    let expected = [
+        0.0,
+        1.0,
+        1.007_812_5,
+        -1.007_812_5,
+        1.0,
+        65_504.0,
+        -65_504.0,
+        0.0,
+        256.0,
+    ];
+    for (got, expected) in got[0].iter().zip(expected) {
+        assert!((got - expected).abs() < 5e-7, "{got} {expected}");
+    }
+}
+
+#[test]
 fn gathered_parts_stand_in_the_order_of_their_indices() {
     let mut graph = Graph::new("gather");
     let x = graph.input("x", &[1, 6]).unwrap();

@@ -25,8 +25,10 @@ pub struct Triangle {
 pub struct Picture {
     /// Width and height in pixels.
     pub size: (u32, u32),
-    /// What is drawn; the whole fills the picture.
+    /// What is drawn.
     pub triangles: Vec<Triangle>,
+    /// Least and greatest x, then y, that the picture shows; none: those of the triangles.
+    pub window: Option<[[f32; 2]; 2]>,
 }
 
 /// Colour of a share between 0 and 1 (clamped), from dark violet to yellow: the map viridis, whose
@@ -76,7 +78,10 @@ impl Picture {
                 (low.min(p[axis]), high.max(p[axis]))
             })
         };
-        let ((left, right), (bottom, top)) = (fold(0), fold(1));
+        let ((left, right), (bottom, top)) = match self.window {
+            Some([[left, right], [bottom, top]]) => ((left, right), (bottom, top)),
+            None => (fold(0), fold(1)),
+        };
         if left >= right || bottom >= top {
             return Err("it has nothing to show");
         }
@@ -156,7 +161,13 @@ mod tests {
         let mut triangles = square(1.0, 0.5, [200, 0, 0]).to_vec();
         triangles.extend(square(0.0, 1.0, [0, 0, 200]));
         let size = (60, 60);
-        let pixmap = Picture { size, triangles }.draw().expect("a picture");
+        let pixmap = Picture {
+            size,
+            triangles,
+            window: None,
+        }
+        .draw()
+        .expect("a picture");
         let at = |x, y| {
             let pixel = pixmap.pixel(x, y).expect("inside");
             [pixel.red(), pixel.green(), pixel.blue()]

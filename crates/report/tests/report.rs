@@ -73,6 +73,7 @@ fn pictures_are_part_of_the_page_and_empty_ones_are_named() {
     let picture = |triangles| Picture {
         size: (40, 30),
         triangles,
+        window: None,
     };
     let mut report = Report::new("x");
     report

@@ -555,13 +555,13 @@ impl CoreAvatar {
         self.avatar.borrow().skin_matrices().as_ptr() as usize
     }
 
-    /// Address of the skinned positions, f32 `[vertex][3]`, metres, world.
+    /// Address of the skinned positions, f32 `[vertex][3]`, metres, world. There are none before the first `skin`.
     #[wasm_bindgen(js_name = skinnedPositionsPtr)]
     pub fn skinned_positions_ptr(&self) -> usize {
         self.avatar.borrow().skinned().0.as_ptr() as usize
     }
 
-    /// Address of the skinned normals, f32 `[vertex][3]`.
+    /// Address of the skinned normals, f32 `[vertex][3]`, likewise.
     #[wasm_bindgen(js_name = skinnedNormalsPtr)]
     pub fn skinned_normals_ptr(&self) -> usize {
         self.avatar.borrow().skinned().1.as_ptr() as usize

@@ -70,7 +70,8 @@ export interface SkinnedSurface {
  */
 export class Avatar {
   readonly #arrays: Record<"offsets" | "positions" | "normals" | "skinMatrices", CoreArray>;
-  readonly #skinned: Record<keyof SkinnedSurface, CoreArray>;
+  /** Made with the first call of {@link skinned}: the core has none before. */
+  #skinned: Record<keyof SkinnedSurface, CoreArray> | null = null;
   readonly #core: Core;
   #raw: CoreAvatar | null;
 
@@ -91,10 +92,6 @@ export class Avatar {
       positions: array(() => this.raw.positionsPtr(), perVertex),
       normals: array(() => this.raw.normalsPtr(), perVertex),
       skinMatrices: array(() => this.raw.skinMatricesPtr(), 24 * 16),
-    };
-    this.#skinned = {
-      positions: array(() => this.raw.skinnedPositionsPtr(), perVertex),
-      normals: array(() => this.raw.skinnedNormalsPtr(), perVertex),
     };
   }
 
@@ -161,6 +158,11 @@ export class Avatar {
   /** Skins on the CPU with linear blend skinning, for hosts without a GPU and for tests. */
   skinned(): SkinnedSurface {
     this.#core.guard(() => this.raw.skin());
+    const { length } = this.#arrays.positions;
+    this.#skinned ??= {
+      positions: new CoreArray(this.#core, () => this.raw.skinnedPositionsPtr(), length),
+      normals: new CoreArray(this.#core, () => this.raw.skinnedNormalsPtr(), length),
+    };
     const { positions, normals } = this.#skinned;
     return { positions: positions.view, normals: normals.view };
   }

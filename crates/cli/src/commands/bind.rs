@@ -207,5 +207,6 @@ fn drawn(avatar: &Avatar, body: &BodyModel, bound: &Bound) -> Picture {
     Picture {
         size: (2_000, 640),
         triangles,
+        window: None,
     }
 }

@@ -140,6 +140,7 @@ pub fn heat(
     Picture {
         size: SIZE,
         triangles: triangles.collect(),
+        window: None,
     }
 }
 

@@ -204,6 +204,7 @@ fn picture(body: &BodyModel, out: &Path, one: &Told<'_>) -> anyhow::Result<Pictu
     Ok(Picture {
         size: (440, 640),
         triangles: triangles.collect(),
+        window: None,
     })
 }
 
