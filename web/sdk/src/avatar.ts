@@ -24,9 +24,9 @@ import {
 import type { CoreAvatar } from "./wasm/core.js";
 
 /**
- * Why the tissue was settled: at the first pose or the first after {@link Avatar.reset}, after a step
- * of more than 0.25 s, because the body jumped, or because the avatar was asleep or out of sight. If every step says `stall`, the time steps are
- * probably in milliseconds.
+ * Why the tissue was settled: at the first pose or the first after {@link Avatar.reset} (`first-pose`),
+ * after a step of more than 0.25 s (`stall`), because the body jumped (`cut`), or because the avatar was
+ * asleep or not visible (`woken`). If every step says `stall`, the time steps are probably in milliseconds.
  */
 export type SettledBecause = "first-pose" | "stall" | "cut" | "woken";
 
@@ -44,11 +44,11 @@ export interface StepTimings {
   decodeMs: number;
   /** Gains, limits, positions and normals. */
   applyMs: number;
-  /** Whether the tissue was settled anew: at the first step, after a jump of the pose or a stall. */
+  /** Whether this step settled the tissue: the first step, after a jump of the pose or after a stall. */
   settled: boolean;
-  /** Why it was settled; null where it was not. */
+  /** Why it was settled; null if it was not. */
   settledBecause: SettledBecause | null;
-  /** What was found out about the source of poses; steps of a crowd count, too. */
+  /** What the conditioner has detected about the pose source; steps of a crowd count, too. */
   source: SourceReport;
 }
 
@@ -61,12 +61,12 @@ export interface SkinnedSurface {
 }
 
 /**
- * One body that moves. Give it a pose each frame, then take what your engine needs:
- * {@link positions} and {@link normals} go in before skinning, {@link skinned} is the finished
+ * One body that moves. Give it a pose each frame, then read what your engine needs:
+ * {@link positions} and {@link normals} are inputs of skinning, {@link skinned} is the skinned
  * surface.
  *
- * The arrays are views into WebAssembly memory: read them at once, or copy them. A view that is
- * kept goes empty when that memory grows; the properties always give a good one.
+ * The arrays are views into WebAssembly memory: read them at once, or copy them. A view that you
+ * keep becomes empty when that memory grows; the properties always return a valid one.
  */
 export class Avatar {
   readonly #arrays: Record<"offsets" | "positions" | "normals" | "skinMatrices", CoreArray>;
@@ -108,20 +108,20 @@ export class Avatar {
   }
 
   /**
-   * Moves the avatar to `pose`, `dtSeconds` after the last step, and lets the tissue follow.
+   * Moves the avatar to `pose`, `dtSeconds` after the last step; the tissue follows.
    *
-   * The tissue has its own 60 Hz clock, so any display rate gives the same motion; it lies one
+   * The tissue has its own 60 Hz clock, so any display rate gives the same motion; it is one
    * sixtieth of a second behind the skeleton. The first step, a jump of the pose (a teleport, a cut)
    * and a step of more than 0.25 s (a stall, a hidden tab) start with settled tissue. After a jump
-   * or a stall, what was shown before fades out over 0.2 s, so that nothing pops. For slow motion,
-   * give smaller `dtSeconds` along with slower poses; for a pause, give 0 or do not step.
+   * or a stall the previous offsets fade out over 0.2 s, so nothing pops. For slow motion, pass a
+   * smaller `dtSeconds` along with slower poses; for a pause, pass 0 or do not step.
    *
    * @param pose - see {@link Pose}
    * @param dtSeconds - time since the last step in seconds (not milliseconds), 0 to 86,400; 0 only
    *   re-poses
    * @throws DynaSkinError `argument` for a wrong length or a time step that is negative, not finite
    *   or above a day, `pose` for numbers that are not finite or quaternions that are not of unit
-   *   length; the avatar then stays as it was
+   *   length; the avatar then stays unchanged
    */
   step(pose: Pose, dtSeconds: number): void {
     checkLength("pose", pose, POSE_LENGTH);
@@ -190,13 +190,13 @@ export class Avatar {
   }
 
   /**
-   * Gives the avatar another shape, also in mid-motion: the surface follows at once, the tissue
-   * moves on.
+   * Gives the avatar another shape, also while it moves: the surface follows at once, the tissue
+   * keeps moving.
    *
-   * @param shape - 10 coefficients in standard deviations, -5 to 5, the first is stature; or a shape in words
-   *   ({@link Figure}), which takes some milliseconds
+   * @param shape - 10 coefficients in standard deviations, -5 to 5, the first is stature; or measures
+   *   ({@link Figure}), which take some milliseconds
    * @throws DynaSkinError `argument` for a wrong length or an unknown measure, `shape` for numbers out of range or
-   *   not finite, and for words where the bundle tells no measures; the avatar then keeps its shape
+   *   not finite, and for measures if the bundle has no `traits`; the avatar then keeps its shape
    */
   setShape(shape: Shape): void {
     if (isFigure(shape)) {
@@ -209,16 +209,16 @@ export class Avatar {
   }
 
   /**
-   * The body in words: weight, stature and chest of its surface, muscle and age as they are on average among bodies
-   * of its shape. Null where the bundle tells no measures (`traits` in bundle.json).
+   * The body's measures: weight, stature and chest of its surface, and the average muscle and age of bodies
+   * with its shape. Null if the bundle has no `traits`.
    */
   get figure(): Required<Figure> | null {
     return this.#core.guard(() => figureOf(this.raw.figure()));
   }
 
   /**
-   * Another number after every {@link setShape} and {@link restore}: whoever depends on the shape
-   * compares it in every frame, where reading ten coefficients would allocate.
+   * Changes with every {@link setShape} and {@link restore}. Compare it in every frame to notice a change
+   * of the shape; reading ten coefficients would allocate.
    */
   get revision(): number {
     return this.#core.guard(() => this.raw.revision);
@@ -261,10 +261,10 @@ export class Avatar {
   }
 
   /**
-   * How far neighbouring vertices of soft skin may move against each other, as a share of what lies between
-   * them, 0.05 to 4; null, as at the start, for any distance. With 0.6 no skin folds or turns inside out,
-   * whatever controls and shape ask for, and skin within the limit stays exactly as it is. Takes effect at
-   * once, costs a fraction of a step, and is no part of a saved state. Other numbers throw `argument`.
+   * How far neighbouring vertices of soft skin may move relative to each other, as a share of their distance,
+   * 0.05 to 4; null, the default, for no limit. With 0.6 no skin folds or turns inside out for any controls
+   * and shape, and skin within the limit does not change. Takes effect at once, costs a fraction of a step,
+   * and is not part of a saved state. Other numbers throw `argument`.
    */
   get maxStrain(): number | null {
     return this.#core.guard(() => this.raw.maxStrain ?? null);
@@ -278,9 +278,9 @@ export class Avatar {
   }
 
   /**
-   * Whether poses correct the skin, as SMPL's pose blend shapes do: they are added to {@link positions}, before
-   * skinning, with every step. Only bodies of `dynaskin body import` have them; on others this is false and
-   * setting it changes nothing. Takes effect at once, and is no part of a saved state.
+   * Whether pose correctives (SMPL's pose blend shapes) are added to {@link positions}, before skinning, with
+   * every step. Only bodies made by `dynaskin body import` have them; on others this is false and
+   * setting it changes nothing. Takes effect at once, and is not part of a saved state.
    */
   get poseCorrectives(): boolean {
     return this.#core.guard(() => this.raw.poseCorrectives);
@@ -309,12 +309,12 @@ export class Avatar {
   }
 
   /**
-   * Changes some controls, or takes over a preset. Takes effect at once, also between steps; a change
-   * of stiffness or damping sets in with the next step.
+   * Changes some controls, or applies a preset. Takes effect at once, also between steps; a change
+   * of stiffness or damping takes effect with the next step.
    *
    * @param change - what to change, or a preset that replaces all
-   * @throws DynaSkinError `argument` for a number out of range, or a control, region or preset that is
-   *   not known; the avatar then keeps its controls
+   * @throws DynaSkinError `argument` for a number out of range, or an unknown control, region or preset; the
+   *   avatar then keeps its controls
    */
   setControls(change: ControlChanges | ControlPreset): void {
     if (typeof change !== "string") checkObject("change", change);
@@ -328,14 +328,14 @@ export class Avatar {
   }
 
   /**
-   * Shows offsets that you know, such as recorded or simulated ones, on an avatar made by
+   * Shows offsets of your own, such as recorded or simulated ones, on an avatar made by
    * {@link Body.createAvatar}: positions and normals follow at once. They stay until the next call, so
-   * give them with every step, and again after {@link setShape}. Controls do not change them.
+   * pass them with every step, and again after {@link setShape}. Controls do not change them.
    *
    * @param offsetsM - for every vertex of the body, in the rest pose: `[vertex][x, y, z]` flattened,
    *   metres
    * @throws DynaSkinError `argument` for another length, numbers that are not finite, and on an avatar
-   *   whose networks move it; what was shown stays
+   *   with networks; the surface then stays unchanged
    */
   showOffsets(offsetsM: Float32Array): void {
     if (!(offsetsM instanceof Float32Array)) {
@@ -349,11 +349,11 @@ export class Avatar {
   }
 
   /**
-   * How large the avatar stands in the world: metres of the world in a metre of its body, 0.1 to 10.
-   * Poses then have their translation in metres of the world, and {@link skinMatrices} and
-   * {@link skinned} are of that size, while {@link offsets} and {@link positions} stay those of the
-   * body in its own size. The inputs of the networks are in lengths of the body: a doll and a giant whose
-   * poses are to scale move alike. May change in mid-motion; other numbers throw `argument`.
+   * Size of the avatar in the world: metres of the world per metre of the body, 0.1 to 10.
+   * The translation of poses is in metres of the world, and {@link skinMatrices} and
+   * {@link skinned} have that size, while {@link offsets} and {@link positions} stay those of the
+   * body in its own size. The inputs of the networks are in lengths of the body: a doll and a giant with
+   * poses to scale move alike. May change while the avatar moves; other numbers throw `argument`.
    */
   get scale(): number {
     return this.#core.guard(() => this.raw.scale);
@@ -367,8 +367,8 @@ export class Avatar {
   }
 
   /**
-   * How much work the tissue is worth; see {@link Detail}. A {@link Crowd} with a level of detail
-   * sets it. Another word throws `argument`.
+   * Level of detail of the tissue; see {@link Detail}. A {@link Crowd} with a level of detail
+   * sets it. Any other string throws `argument`.
    */
   get detail(): Detail {
     return detailOf(this.#core.guard(() => this.raw.detail));
@@ -382,9 +382,9 @@ export class Avatar {
   }
 
   /**
-   * Where the poses come from; see {@link PoseSource}. The next step then counts as the first.
-   * {@link timings} say what was found out about the source, how late the tissue is for it, and which
-   * source would help. Another word throws `argument`.
+   * Where the poses come from; see {@link PoseSource}. The step after a change counts as the first.
+   * `timings.source` has what was detected about the source, the latency of the tissue, and the source
+   * that would help. Any other string throws `argument`.
    */
   get poseSource(): PoseSource {
     return poseSourceOf(this.#core.guard(() => this.raw.poseSource));
@@ -398,9 +398,9 @@ export class Avatar {
   }
 
   /**
-   * Whether anybody sees the avatar; say false while it is off the screen. Its tissue then costs
-   * nothing and its surface stays as it is; steps go on moving the skeleton, but may also be left
-   * out. The first step back in sight shows, at once, tissue that has settled in that step's pose.
+   * Whether the avatar is visible; set it to false while it is off the screen. Its tissue then costs
+   * nothing and its surface does not change. Steps still move the skeleton, but may be left
+   * out. The first step after it is visible again shows tissue that is settled in that step's pose.
    */
   get visible(): boolean {
     return this.#core.guard(() => this.raw.visible);
@@ -413,7 +413,7 @@ export class Avatar {
   }
 
   /**
-   * Metres from the camera, 0 if you do not say; by it a {@link Crowd} chooses the {@link detail}.
+   * Distance from the camera in metres, 0 by default; a {@link Crowd} chooses the {@link detail} by it.
    * A negative number or NaN throws `argument`.
    */
   get distanceM(): number {
@@ -436,22 +436,22 @@ export class Avatar {
   }
 
   /**
-   * All that the avatar remembers: shape, scale, controls, clock and tissue, as some 100 KB. After
-   * {@link restore} the same poses and time steps give the same numbers, bit by bit. Where poses repeat, or
-   * come from a `tracker` or a `network`, those on their way to the tissue are not in it: the first step
-   * after {@link restore} starts with settled tissue. {@link poseSource}, {@link detail} and
-   * {@link visible} are the page's and stay.
+   * The avatar's state: shape, scale, controls, clock and tissue, in about 100 KB. After
+   * {@link restore} the same poses and time steps give the same numbers, bit for bit. If poses repeat, or
+   * come from a `tracker` or a `network`, the state does not include poses that have not reached the tissue:
+   * the first step after {@link restore} starts with settled tissue. {@link poseSource}, {@link detail} and
+   * {@link visible} belong to the page and do not change.
    */
   save(): Uint8Array {
     return this.#core.guard(() => this.raw.save());
   }
 
   /**
-   * Goes on from where {@link save} was called, on this avatar or another of the same model.
+   * Continues from where {@link save} was called, on this avatar or another of the same model.
    *
-   * @param state - what {@link save} gave
-   * @throws DynaSkinError `state` for bytes that were changed, cut, or saved by another version or
-   *   with another model, `argument` for what are no bytes; the avatar then stays as it was
+   * @param state - the bytes that {@link save} returned
+   * @throws DynaSkinError `state` for bytes that were changed, truncated, or saved by another version or
+   *   with another model, `argument` for anything but bytes; the avatar then stays unchanged
    */
   restore(state: Uint8Array): void {
     checkState(state);

@@ -27,17 +27,17 @@ export interface LoweredFiles {
   decoder: BundleFile;
 }
 
-/** What networks learned from: the least and the greatest value. Beyond that they extrapolate. */
+/** Ranges of the training data: the least and the greatest value. Beyond them the networks extrapolate. */
 export interface Learned {
   /** Factor on the tissue's stiffness. */
   stiffness: [least: number, greatest: number];
   /** Factor on its damping ratio. */
   damping: [least: number, greatest: number];
-  /** Each shape coefficient, in standard deviations; absent where it is not known. */
+  /** Each shape coefficient, in standard deviations; absent if unknown. */
   shape?: [least: number, greatest: number][];
 }
 
-/** What one measure of the bodies of a shape space is: how it changes with the shape coefficients. */
+/** A measure of bodies, and how it changes with the shape coefficients. */
 export interface Trait {
   /** `stature`, `weight`, `chest`, `muscle` or `age`. */
   name: string;
@@ -45,7 +45,7 @@ export interface Trait {
   unit: string;
   /** Value of the average body. */
   mean: number;
-  /** Values between which the bodies behind the shape space lie, at mean stature. */
+  /** Range of the bodies behind the shape space, at mean stature. */
   range: [least: number, greatest: number];
   /** Change of the value with each shape coefficient. */
   per_coefficient: number[];
@@ -56,9 +56,9 @@ export interface Trait {
 }
 
 /**
- * `bundle.json`: what belongs together, and where it comes from. Its texts (`name`, `licence`, all of
- * `training` and `measured`) are its author's, of any length and content, and are not checked: show
- * them as text, never as HTML, and make no address or file name of them.
+ * `bundle.json`: the files of a model, and where they come from. Its strings (`name`, `licence`, all of
+ * `training` and `measured`) come from its author, may have any length and content, and are not checked:
+ * show them as text, never as HTML, and do not make addresses or file names from them.
  */
 export interface Bundle {
   /** Always `dynaskin-bundle`. */
@@ -75,17 +75,17 @@ export interface Bundle {
   predictor: BundleFile;
   /** The network that turns the latent vector into offsets. */
   decoder: BundleFile;
-  /** The same networks for `dynaskin/slim`; absent where `dynaskin slim` has not written them. */
+  /** The same networks for `dynaskin/slim`; absent if `dynaskin slim` has not written them. */
   lowered?: LoweredFiles;
-  /** What the predictor is fed, such as `inertial`. */
+  /** The kind of the predictor's input, such as `inertial-materials`. */
   feature_kind: string;
   /** Numbers in a feature vector. */
   feature_count: number;
   /** Numbers in a latent vector. */
   latent_count: number;
-  /** What the networks learned from; absent in version 1. */
+  /** Ranges of the training data; absent in version 1. */
   learned?: Learned;
-  /** What the body's shapes look like, for shapes in words; absent where it is not known. */
+  /** The body's measures, for shapes given by measures; absent if unknown. */
   traits?: Trait[];
   /** Body vertices that the decoder moves, ascending. */
   vertices: number[];

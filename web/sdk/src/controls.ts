@@ -8,37 +8,36 @@ export interface RegionControls {
   gain: number;
   /**
    * Factor on the tissue's stiffness, 0.1 to 10: 4 doubles the frequency at which the region swings
-   * and quarters what gravity does to it.
+   * and quarters its displacement under gravity.
    */
   stiffness: number;
-  /** Factor on the tissue's damping, 0.1 to 10: 2 halves the time it swings on for. */
+  /** Factor on the tissue's damping, 0.1 to 10: 2 halves the time for which it keeps swinging. */
   damping: number;
   /**
-   * No offset is longer than this, in centimetres, 0 to 20. Up to half of it offsets are left alone;
-   * longer ones approach it smoothly. At first chest and belly have 17, buttocks 16, thighs 10, calves 3
-   * and upper arms 8: twice what the region reaches in the training data, but for the chest under the
-   * hardest punches.
+   * Upper limit for the length of an offset, in centimetres, 0 to 20. Offsets up to half of it do not
+   * change; longer ones approach it smoothly. By default 17 for the chest, 12 for belly and buttocks,
+   * 8 for thighs and upper arms, and 3 for calves.
    */
   limitCm: number;
 }
 
 /**
- * All that can be turned on an avatar while it moves.
+ * All controls of an avatar. They may change while it moves.
  *
- * Networks of the feature kind `inertial-materials` have learned tissue of other stiffness and damping
- * (`Bundle.learned`; the shipped ones half to twice the usual stiffness, and damping ratios of
- * 0.63 to 1.6 times the usual). Within these ranges stiffness and damping are their input. What goes
- * beyond, and everything with networks of other kinds, acts after them. Each region then counts as one
- * damped oscillator whose own frequency was measured on the model, and a linear filter replaces its
- * swing by that of the changed oscillator. It is stable for every setting,
- * and an approximation where tissue swings in several ways at once.
+ * Networks of the feature kind `inertial-materials` are trained on tissue of varied stiffness and damping
+ * (`Bundle.learned`; the shipped ones on a quarter to four times the usual stiffness and damping ratio).
+ * Within these ranges stiffness and damping are an input of the networks. The part beyond them, and
+ * everything with networks of other kinds, acts after the networks: each region counts as one
+ * damped oscillator whose natural frequency is measured on the model, and a linear filter replaces its
+ * swing with that of the changed oscillator. The filter is stable for every setting,
+ * and an approximation where tissue swings in several modes at once.
  */
 export interface Controls {
   /** Factor on all offsets, 0 to 4. */
   strength: number;
   /**
-   * Factor on how much the pelvis's own acceleration through the world shakes the tissue, 0 to 4. 0
-   * keeps jumps, lifts and vehicles out and leaves what limbs and trunk do against the pelvis.
+   * Factor on the effect of the pelvis's acceleration through the world, 0 to 4. 0 removes the effect of
+   * jumps, lifts and vehicles and keeps that of limbs and trunk moving relative to the pelvis.
    */
   rootInertia: number;
   /** Per region; where regions meet, they are blended. */
@@ -51,13 +50,13 @@ export interface ControlChanges {
   strength?: number;
   /** See {@link Controls.rootInertia}. */
   rootInertia?: number;
-  /** The regions to change, and of each what to change. */
+  /** The regions to change, and the controls to change in each. */
   regions?: Partial<Record<RegionName, Partial<RegionControls>>>;
 }
 
 /**
- * Controls with a name. `as-predicted` is how an avatar begins. `calm-clothes` is tissue under firm
- * everyday clothes, held more tightly, at rest sooner, and never more than 2 cm from where it was.
+ * Named sets of controls. `as-predicted` is the default. `calm-clothes` is tissue under firm
+ * everyday clothes: held more tightly, at rest sooner, and displaced by at most 2 cm.
  * `sportswear` is a supported chest, which swings half as far and faster, and firmer hips and thighs;
  * the rest moves as predicted.
  */

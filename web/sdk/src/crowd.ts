@@ -6,19 +6,19 @@ import { checkPoses, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreCrowd } from "./wasm/core.js";
 
 /**
- * By what avatars of a {@link Crowd} get less detail: `half` beyond one distance, `asleep` beyond
- * another, and less than that where all together would take too long. What was left comes back only
- * somewhat nearer (10 % of the distance, 15 % of the budget), so that nothing flickers.
+ * When avatars of a {@link Crowd} get less detail: `half` beyond one distance, `asleep` beyond
+ * another, and less than that if all together would take too long. A higher level returns only
+ * with a margin (10 % of the distance, 15 % of the budget), so that nothing flickers.
  */
 export interface LevelOfDetail {
-  /** Metres from the camera from which on an avatar has half detail; if left out 12, or as `asleepBeyondM` if that is nearer. */
+  /** Distance from the camera in metres beyond which avatars have half detail; by default 12, or `asleepBeyondM` if that is nearer. */
   halfBeyondM?: number;
-  /** Metres from the camera from which on an avatar is asleep; if left out 40, or as `halfBeyondM` if that is farther. */
+  /** Distance from the camera in metres beyond which avatars are asleep; by default 40, or `halfBeyondM` if that is farther. */
   asleepBeyondM?: number;
   /**
-   * Milliseconds that all tissue together may take per tick (1/60 s): where it takes more, the
-   * farthest avatars get less detail. Decided every 30 steps by measured times, so what is shown
-   * then depends on the machine. No limit if left out.
+   * Milliseconds that all tissue together may take per tick (1/60 s): if it takes more, the
+   * farthest avatars get less detail. Decided every 30 steps by measured times, so the result
+   * depends on the machine. No limit if left out.
    */
   budgetMs?: number;
 }
@@ -96,7 +96,7 @@ export class Crowd {
     this.#poses = new Float64Array(0);
   }
 
-  /** Takes an avatar out, also a disposed one; those after it move up. Whether it was in. */
+  /** Removes an avatar, which may be disposed; those after it move up. Returns whether it was in the crowd. */
   remove(avatar: Avatar): boolean {
     const idx = this.#avatars.indexOf(avatar);
     if (idx < 0) return false;
@@ -134,9 +134,8 @@ export class Crowd {
   }
 
   /**
-   * By what avatars get less detail, by their {@link Avatar.distanceM}; null, as a crowd begins,
-   * leaves them the {@link Avatar.detail} you give them. Numbers that contradict each other throw
-   * `argument`.
+   * When avatars get less detail, by their {@link Avatar.distanceM}; null, the default, keeps the
+   * {@link Avatar.detail} that you set. Numbers that contradict each other throw `argument`.
    */
   get levelOfDetail(): LevelOfDetail | null {
     return this.#levelOfDetail && { ...this.#levelOfDetail };
@@ -182,7 +181,7 @@ export class Crowd {
     return { full, half, asleep, featuresMs, predictMs, decodeMs, applyMs, skinMs };
   }
 
-  /** Frees the crowd's memory; its avatars live on. May be called again. */
+  /** Frees the crowd's memory; its avatars stay valid. May be called again. */
   dispose(): void {
     const raw = this.#raw;
     this.#raw = null;

@@ -2,13 +2,13 @@ import { checkNumber } from "./check.js";
 import { DynaSkinError } from "./error.js";
 
 /**
- * How much work an avatar's tissue is worth.
+ * Level of detail of an avatar's tissue.
  *
- * - `full`: all of it, at every step.
- * - `half`: the surface follows every second tick, at 30 Hz, and is held in between. The network's
- *   memory ticks on at 60 Hz, so back at `full` it is at once what it would have been.
- * - `asleep`: none. The tissue comes to rest over 0.2 s and then costs nothing; waking, it starts
- *   settled in the pose of that moment and fades in over as long.
+ * - `full`: the surface is updated at every step.
+ * - `half`: the surface is updated every second tick, at 30 Hz, and held in between. The network's
+ *   state still advances at 60 Hz, so back at `full` it is exact at once.
+ * - `asleep`: no tissue. It fades out over 0.2 s and then costs nothing. When it wakes, it starts
+ *   settled in the current pose and fades in over 0.2 s.
  */
 export type Detail = "full" | "half" | "asleep";
 

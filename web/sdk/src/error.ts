@@ -1,17 +1,21 @@
 /**
- * What went wrong, as a word a program can switch on. The message says it in a sentence.
+ * The kind of an error, as a string that a program can switch on. The message explains it in a sentence.
  *
  * From the SDK:
  * - `fetch`: a file could not be downloaded or read; the message names it.
  * - `wasm`: WebAssembly could not be compiled or started (too old a browser, or a content security
  *   policy without `'wasm-unsafe-eval'`).
- * - `crashed`: the WebAssembly instance trapped, by a bug or for want of memory. Nothing made from it
- *   works any more, and all of it says so; `load` starts a new one (see `Model.restartedAfter`).
+ * - `crashed`: the WebAssembly instance trapped, because of a bug or lack of memory. Every object made
+ *   from it throws this from then on; `load` starts a new instance (see `Model.restartedAfter`).
  * - `disposed`: the object was used after `dispose()`.
- * - `argument`: an argument has the wrong type or length.
+ * - `argument`: an argument has the wrong type or length, or is out of range.
+ * - `worker`: a web worker could not be started, stopped, or was silent for too long.
+ * - `lost`: the renderer's graphics device is lost.
+ * - `internal`: a bug in dynaskin.
  *
- * Other codes come from the core and name what was refused (a bundle, a body, a network, a pose, a
- * shape, a motion).
+ * Other codes name what was refused: `bundle`, `body`, `network`, `pose`, `shape`, `motion`, `state`; when
+ * an avatar is bound `adult`, `humanoid`, `avatar`, `binding`; in the renderer `no-adapter`,
+ * `no-read-back`, `gpu`.
  */
 export type DynaSkinErrorCode =
   | "fetch"
@@ -23,7 +27,7 @@ export type DynaSkinErrorCode =
 
 /** The one error type this package throws, apart from the reason of an aborted `signal`. */
 export class DynaSkinError extends Error {
-  /** What went wrong, as a word a program can switch on. */
+  /** The kind of the error, as a string that a program can switch on. */
   readonly code: DynaSkinErrorCode;
 
   constructor(code: DynaSkinErrorCode, message: string, options?: ErrorOptions) {

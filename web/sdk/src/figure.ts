@@ -2,27 +2,27 @@ import { checkNumber, checkObject } from "./check.js";
 import { DynaSkinError } from "./error.js";
 
 /**
- * A body's shape in words. Of a wish, what is left out follows from the rest: of all adults that have the
- * measures, the likeliest is taken. Bodies stay likely, so that not every wish comes true: `avatar.figure` tells
- * what was reached.
+ * A body's shape as measures. What you leave out follows from the rest: the shape is the likeliest of all
+ * adults with these measures. Bodies stay likely, so the result may differ from the request: `avatar.figure`
+ * has the measures of the result.
  */
 export interface Figure {
   /** Weight in kilograms, 30 to 250: the body's volume at 1010 kg/m³. */
   weightKg?: number;
   /** Height in metres, 1.45 to 2.2; smaller people are refused, as the bodies are adults. */
   statureM?: number;
-  /** Tape around the chest in centimetres, 60 to 170. */
+  /** Chest circumference in centimetres, 60 to 170. */
   chestCm?: number;
-  /** Muscle, from 0 to 1; an average of many people is 0.5. */
+  /** Muscle, 0 to 1; the average of many people is 0.5. */
   muscle?: number;
-  /** Age in years, 18 to 100. Bodies of those behind the shape space are 25 to 63 years old. */
+  /** Age in years, 18 to 100. The bodies behind the shape space are 25 to 63 years old. */
   age?: number;
 }
 
 /** In the order in which the core counts them. */
 const NAMES = ["statureM", "weightKg", "chestCm", "muscle", "age"] as const;
 
-/** Ten shape coefficients, or a shape in words. */
+/** Ten shape coefficients in standard deviations, or measures. */
 export type Shape = ArrayLike<number> | Figure;
 
 /**

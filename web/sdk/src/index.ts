@@ -3,7 +3,7 @@
  * skin come out.
  *
  * Units are metres, seconds and radians; +Y is up, the rest pose faces +Z. Importing this module
- * touches nothing of a browser, so it may be imported on a server.
+ * uses no browser API, so it may be imported on a server.
  *
  * @module
  */

@@ -40,38 +40,38 @@ export interface LoadOptions {
    */
   model: string | URL | ModelFiles;
   /**
-   * A body that is loaded already, for networks that were made for the same one: its file is then not
-   * read again, and disposing the model leaves it alone. Several models may share a body.
+   * A body that is already loaded, for networks that were made for it: its file is not
+   * read again, and `dispose()` of the model does not free it. Several models may share a body.
    */
   body?: Body;
   /**
-   * The WebAssembly file, where the bundler cannot find it beside this module. A page has one core of an entry:
-   * the first that started. Another file given later is compiled, so that a bad one is reported, and
-   * then not needed.
+   * The WebAssembly file, if the bundler cannot find it beside this module. A page has one core per entry:
+   * the first that started. Another file passed later is compiled, so that a bad one is reported, but not
+   * used.
    */
   wasm?: WasmSource;
   /**
-   * The SHA-256 that `bundle.json` must have, as HTML's `integrity` writes it: `sha256-` and the hash
-   * in base64. bundle.json names the hashes of all other files, so this one fixes the whole model:
-   * give it where the files come from a server that you do not control.
+   * The SHA-256 that `bundle.json` must have, in the form of HTML's `integrity`: `sha256-` and the hash
+   * in base64. bundle.json has the hashes of all other files, so this one covers the whole model:
+   * use it if the files come from a server that you do not control.
    */
   integrity?: string;
   /** Stops the downloads; `load` then rejects with the signal's reason. */
   signal?: AbortSignal;
-  /** Called as bytes arrive. What it throws, `load` rejects with. */
+  /** Called as bytes arrive. If it throws, `load` rejects with that error. */
   onProgress?: (progress: Progress) => void;
   /**
-   * Called as soon as the body is there, before the networks are: make an avatar of it and show
-   * plain skinning in the meantime. It is the later model's {@link Model.body}. The body is that of the
-   * bundle's hash; whether to trust the bundle is for you to say ({@link integrity}).
+   * Called as soon as the body is loaded, before the networks are: make an avatar of it and show
+   * plain skinning in the meantime. It becomes the model's {@link Model.body}. The body matches the
+   * hash in the bundle; {@link integrity} checks the bundle itself.
    */
   onBody?: (body: Body) => void;
 }
 
 /**
- * Loads a model: the WebAssembly core, the body and the two networks, side by side. The files are read
- * from the folder of `bundle.json` and from nowhere else, whatever names stand in it. Texts of the
- * bundle and in messages of errors are its author's: show them as text, never as HTML.
+ * Loads a model: the WebAssembly core, the body and the two networks, in parallel. The files are read
+ * only from the folder of `bundle.json`, whatever names it contains. Strings in the bundle and in error
+ * messages come from its author: show them as text, never as HTML.
  *
  * @throws DynaSkinError `fetch` (also for a file over 64 MiB), `wasm`, or what the core
  *   refuses: `bundle` (also a wrong hash, or a `body` that is not the bundle's), `body`, `network`
@@ -155,8 +155,8 @@ export interface LoadBodyOptions extends Pick<LoadOptions, "wasm" | "signal" | "
 }
 
 /**
- * Loads a body alone, for which no networks have been trained yet: its avatars are plainly skinned, with pose
- * correctives where the body has them. For a body with its networks, see {@link load}.
+ * Loads only a body, for which no networks have been trained yet: its avatars use plain skinning, with pose
+ * correctives if the body has them. For a body with its networks, see {@link load}.
  *
  * @throws DynaSkinError `fetch` (also for a file over 64 MiB), `wasm`, `body` for another file
  */

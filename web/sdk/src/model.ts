@@ -14,15 +14,15 @@ import type { CoreBody, CoreModel } from "./wasm/core.js";
 /** How an avatar begins. */
 export interface AvatarOptions {
   /**
-   * Ten shape coefficients in standard deviations, the first is stature; or a shape in words (`Figure`).
+   * Ten shape coefficients in standard deviations, the first is stature; or measures (`Figure`).
    * Average if left out.
    */
   shape?: Shape;
   /** Where the poses come from; `display` if left out. See {@link PoseSource}. */
   poseSource?: PoseSource;
   /**
-   * Whether poses correct the skin where the body has pose correctives (SMPL's pose blend shapes); true if left
-   * out. See {@link Avatar.poseCorrectives}.
+   * Whether to add the body's pose correctives (SMPL's pose blend shapes), if it has them; true by default.
+   * See {@link Avatar.poseCorrectives}.
    */
   poseCorrectives?: boolean;
 }
@@ -108,7 +108,7 @@ export class Body {
     return rest;
   }
 
-  /** Frees the body's memory; avatars made from it live on. May be called again. */
+  /** Frees the body's memory; avatars made from it stay valid. May be called again. */
   dispose(): void {
     this.#core.free(this.#raw);
     this.#raw = null;
@@ -135,8 +135,8 @@ export class Model {
   }
 
   /**
-   * The crash after which {@link load} started a new WebAssembly core for this model: what was loaded
-   * before it throws `crashed`, and has to be loaded and made again. Null as a rule.
+   * The crash after which {@link load} started a new WebAssembly core for this model. Objects made before
+   * it throw `crashed`; load and make them again. Usually null.
    */
   get restartedAfter(): DynaSkinError | null {
     return this.#core.restartedAfter;
@@ -179,8 +179,8 @@ export class Model {
   }
 
   /**
-   * Frees the model's memory, and its body's unless that was handed to {@link load}; avatars made
-   * from it live on. May be called again.
+   * Frees the model's memory, and its body's unless you passed the body to {@link load}; avatars made
+   * from it stay valid. May be called again.
    */
   dispose(): void {
     this.#core.free(this.#raw);

@@ -5,7 +5,7 @@ import { DynaSkinError } from "./error.js";
 import { checkLength, JOINT_NAMES, type JointName, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreMotion } from "./wasm/core.js";
 
-/** The motions the SDK can make by itself. */
+/** The procedural motions of the SDK. */
 export const PROCEDURAL_MOTIONS = [
   "jump",
   "hop",
@@ -17,10 +17,10 @@ export const PROCEDURAL_MOTIONS = [
   "shake-hips",
 ] as const;
 
-/** Name of a motion the SDK can make by itself. */
+/** Name of a procedural motion. */
 export type ProceduralName = (typeof PROCEDURAL_MOTIONS)[number];
 
-/** Parameters of a procedural motion; what is left out is the motion's usual. */
+/** Parameters of a procedural motion; each has a default for the motion. */
 export interface MotionOptions {
   /** Repetitions per second. */
   tempoHz?: number;
@@ -30,11 +30,11 @@ export interface MotionOptions {
   durationSeconds?: number;
 }
 
-/** What you know of a BVH file and it does not say, or says otherwise. */
+/** What a BVH file does not state, or states wrongly. */
 export interface BvhOptions {
   /**
-   * The file's names of some of the body's joints, such as `{ left_hip: "Bone_17" }`; they go before
-   * what names would be taken for.
+   * The file's names of some of the body's joints, such as `{ left_hip: "Bone_17" }`; they take precedence
+   * over recognition by name.
    */
   joints?: Partial<Record<JointName, string>>;
   /** Frames per second, in place of the file's frame time. */
@@ -42,23 +42,23 @@ export interface BvhOptions {
 }
 
 /**
- * What you know of a motion file and it does not say, or says otherwise. An option that the kind of
- * file has no use for is an error.
+ * What a motion file does not state, or states wrongly. An option that does not apply to the kind of file
+ * is an error.
  */
 export interface MotionFileOptions extends BvhOptions {
-  /** For glTF: the animation's name, or its place counted from 0. Left out, the one that moves most plays. */
+  /** For glTF: the animation's name, or its index from 0; by default the one that moves the most joints. */
   animation?: string | number;
-  /** For SMPL poses: the axis that points up. Left out, it is the file's, or found by the body. */
+  /** For SMPL poses: the axis that points up; by default the file's, or detected from the body. */
   up?: "y" | "z" | "-y";
 }
 
 /** An animation of a binary glTF file. */
 export interface AnimationInfo {
-  /** Its name as it stands in the file, of any content; empty where it has none. */
+  /** Its name in the file, of any content; empty if it has none. */
   name: string;
   /** Time from its first keyframe to its last, in seconds. */
   seconds: number;
-  /** How many joints it turns by half a degree and more; 0 for a pose held. */
+  /** Number of joints that it turns by half a degree or more; 0 for a held pose. */
   movingJoints: number;
 }
 
@@ -70,7 +70,7 @@ export interface MappedJoint {
   source: string;
 }
 
-/** What became of the joints of a motion file. Names stand here as in the file: show them as text. */
+/** How the joints of a motion file were matched. Names are those in the file: show them as text. */
 export interface JointReport {
   /** The body's joints and the file's joint that turns each. */
   mapped: MappedJoint[];
@@ -78,13 +78,13 @@ export interface JointReport {
   missing: JointName[];
   /** The file's joints that turn nothing on the body, such as fingers. */
   unmapped: string[];
-  /** The file's unit of length as its legs suggest, in English. */
+  /** The file's unit of length, estimated from the legs, in English. */
   unit: string;
   /** The file's time step in seconds. */
   frameSeconds: number;
   /**
-   * What was found other than usual and how it was taken, and what could not be made out, a sentence
-   * each: exchanged sides, a zero pose that does not stand, feet that never stand. The same as
+   * Whatever is unusual in the file and how it was read, and what could not be determined, one sentence
+   * each: swapped sides, a zero pose that does not stand, feet that never stand. The same as
    * {@link Motion.notes}.
    */
   notes: string[];
@@ -97,19 +97,19 @@ const MAX_POSES = 162_000;
 const MAX_FILE_BYTES = 256 * 2 ** 20;
 
 /**
- * A clip of poses for one body, resampled to 60 Hz. Made for an avatar's present shape: after a
- * change of shape, make it again, or feet leave the floor.
+ * A clip of poses for one body, resampled to 60 Hz. It fits the avatar's present shape: after a
+ * change of shape make it again, or feet leave the floor.
  */
 export class Motion {
-  /** Name of the motion: for a file what stands in it, of any content. Show it as text, never as HTML. */
+  /** Name of the motion; for a file the name in it, of any content. Show it as text, never as HTML. */
   readonly name: string;
   /** Length in seconds. */
   readonly durationSeconds: number;
-  /** For a file of named joints: what became of them. SMPL poses (npz) need no matching of names. */
+  /** For a file with named joints: how they were matched; otherwise null. SMPL poses (npz) need no matching. */
   readonly jointReport: JointReport | null;
   /**
-   * For a file: what it did not say or lacks, what was found other than usual, and how it was taken, a
-   * sentence each without its first capital and full stop; empty where all is as usual.
+   * For a file: what it does not state or lacks, what is unusual in it, and how it was read, one
+   * sentence each without initial capital and full stop; empty if nothing is unusual.
    */
   readonly notes: readonly string[];
   readonly #core: Core;
@@ -130,10 +130,10 @@ export class Motion {
   }
 
   /**
-   * Reads a BVH file and carries its motion over to the avatar's skeleton.
+   * Reads a BVH file and retargets its motion to the avatar's skeleton.
    *
-   * @throws DynaSkinError `argument` for what are no bytes, no avatar or no options, `motion` for a file
-   *   that is no BVH, has no whole frame or shows no person, and for names that it does not have
+   * @throws DynaSkinError `argument` for arguments of another type, `motion` for a file
+   *   that is not BVH, has no complete frame or shows no person, and for names that are not in it
    */
   static fromBvh(file: ArrayBuffer | Uint8Array, avatar: Avatar, options: BvhOptions = {}): Motion {
     checkAvatar(avatar);
@@ -144,18 +144,18 @@ export class Motion {
   }
 
   /**
-   * Reads a motion file of any known kind, told apart by its content, and carries its motion over
+   * Reads a motion file of any known kind, recognised by its content, and retargets its motion
    * to the avatar's skeleton:
    *
    * - BVH;
-   * - an animation in binary glTF (`.glb`, `.vrm`, `.vrma`), of which the one that moves the most
-   *   joints plays unless you choose another ({@link Motion.animations}); joints are matched by VRM's
-   *   humanoid where the file has one, else by name;
+   * - an animation in binary glTF (`.glb`, `.vrm`, `.vrma`): the one that moves the most
+   *   joints, unless you choose another ({@link Motion.animations}); joints are matched by VRM's
+   *   humanoid if the file has one, else by name;
    * - SMPL, SMPL-H or SMPL-X poses as AMASS stores them (`.npz`).
    *
-   * @throws DynaSkinError `argument` for what are no bytes, no avatar or no options, `motion` for any
-   *   other file, a broken one or one that shows no person, for names that it does not have, and for
-   *   options that its kind has no use for
+   * @throws DynaSkinError `argument` for arguments of another type, `motion` for any
+   *   other file, a broken one or one that shows no person, for names that are not in it, and for
+   *   options that do not apply to its kind
    */
   static fromFile(
     file: ArrayBuffer | Uint8Array,
@@ -185,7 +185,7 @@ export class Motion {
    * Lists the animations of a binary glTF file (`.glb`, `.vrm`, `.vrma`), in its order, for
    * {@link MotionFileOptions.animation}.
    *
-   * @throws DynaSkinError `argument` for what are no bytes or no avatar, `motion` for a file of another
+   * @throws DynaSkinError `argument` for arguments of another type, `motion` for a file of another
    *   kind or a broken one
    */
   static animations(file: ArrayBuffer | Uint8Array, avatar: Avatar): AnimationInfo[] {
@@ -225,15 +225,15 @@ export class Motion {
   }
 
   /**
-   * Makes a motion of poses that you have, such as a recording's.
+   * Makes a motion from your own poses, such as a recording.
    *
-   * @param poses - {@link POSE_LENGTH} numbers a pose, one pose after the other; see {@link Pose}
+   * @param poses - {@link POSE_LENGTH} numbers per pose, one pose after the other; see {@link Pose}
    * @param rateHz - poses per second, 1 to 1000
-   * @param avatar - whose skeleton the poses are for
-   * @param name - the motion's name, for people
-   * @throws DynaSkinError `argument` for what is no Float64Array of whole poses, `pose` for numbers
+   * @param avatar - the avatar whose skeleton the poses are for
+   * @param name - the motion's name, for display
+   * @throws DynaSkinError `argument` if `poses` is not a Float64Array of whole poses, `pose` for numbers
    *   that are not finite or quaternions that are not of unit length, `motion` for no poses, more than
-   *   162,000, or a rate out of range
+   *   162,000 before or after resampling to 60 Hz, or a rate out of range
    */
   static fromPoses(poses: Float64Array, rateHz: number, avatar: Avatar, name = "poses"): Motion {
     if (!(poses instanceof Float64Array)) {
@@ -255,8 +255,8 @@ export class Motion {
   }
 
   /**
-   * Writes the pose at a time into `out` and returns it. Times outside the motion give its first or
-   * last pose; between frames the motion is smooth.
+   * Writes the pose at a time in seconds into `out` and returns it. Times outside the motion give its first
+   * or last pose; between frames the motion is smooth.
    *
    * @throws DynaSkinError `argument` for an `out` of the wrong type or length
    */

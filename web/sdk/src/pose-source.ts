@@ -1,31 +1,31 @@
 import { DynaSkinError } from "./error.js";
 
 /**
- * Where an avatar's poses come from, which decides what is done to them before the tissue feels them. The
+ * Where an avatar's poses come from, which decides how they are conditioned before they drive the tissue. The
  * skeleton shows every pose at once.
  *
- * - `display`: the page's own animation, or poses that are held over several frames. Where every frame
- *   brings a new pose nothing is done; poses that repeat are put on their source's clock, one of its
- *   intervals late.
- * - `tracker`: a webcam's or another noisy tracker: noise is taken off as well, half an interval later.
- * - `network`: poses that arrive unevenly: evened out, noise is left alone.
- * - `as-given`: nothing is done to any pose.
+ * - `display`: the page's own animation, or poses that are held over several frames. If every frame
+ *   brings a new pose they are used as given; repeated poses are resampled to their source's clock, with a
+ *   latency of one of its intervals.
+ * - `tracker`: a webcam or another noisy tracker: noise is removed as well, for another half interval.
+ * - `network`: poses that arrive unevenly: evened out, without removing noise.
+ * - `as-given`: poses are used as given.
  */
 export type PoseSource = "display" | "tracker" | "network" | "as-given";
 
-/** What an avatar found out about the source of its poses. */
+/** What an avatar has detected about the source of its poses. */
 export interface SourceReport {
   /** Whether poses repeat from frame to frame while the body moves. */
   repeats: boolean;
   /** Milliseconds between two new poses; null until poses repeat and their interval is known. */
   intervalMs: number | null;
-  /** How unevenly poses arrive, beyond what the display's frames explain: root mean square, milliseconds. */
+  /** Jitter of the arrivals beyond that of the display's frames: root mean square, milliseconds. */
   jitterMs: number;
-  /** Noise of the joints along each axis, in degrees; 0 where there is no more of it than bodies move. */
+  /** Noise of the joints about each axis, in degrees; 0 if it cannot be distinguished from motion. */
   noiseDegrees: number;
-  /** Milliseconds by which the tissue is behind the poses, beside the sixtieth of a second that it always is. */
+  /** Latency of the tissue in milliseconds, in addition to the sixtieth of a second that it always has. */
   latencyMs: number;
-  /** The source to set that would help; null where the one that is set is the best. */
+  /** The source that would work better; null if the present one is the best. */
   advice: PoseSource | null;
 }
 

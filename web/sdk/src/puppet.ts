@@ -13,17 +13,17 @@ export type Grip = (typeof GRIPS)[number];
 
 /**
  * A standing body that is moved by hand: hold its pelvis or chest, pull, let go. The rest of the body
- * follows on damped springs, feet stay on the floor until the legs are stretched, and let go it swings
- * back to where it stood. It gives poses for {@link Avatar.step}, where a motion gives them otherwise.
+ * follows on damped springs, and the feet stay on the floor until the legs are stretched. After release
+ * it swings back to where it stood. It makes poses for {@link Avatar.step}, in place of a motion.
  *
- * Made for an avatar's present shape: after a change of shape, make it again.
+ * It fits the avatar's present shape: after a change of shape, make it again.
  */
 export class Puppet {
   readonly #core: Core;
   #raw: CorePuppet | null;
 
   /**
-   * @throws DynaSkinError `argument` for what is no avatar, `motion` for a body that does not stand
+   * @throws DynaSkinError `argument` if `avatar` is not an avatar, `motion` for a body that does not stand
    */
   constructor(avatar: Avatar) {
     if (!(avatar instanceof Avatar)) {
@@ -39,13 +39,13 @@ export class Puppet {
   }
 
   /**
-   * Holds a part, and pulls it from where it is while the body stands. Call it again when the hand
-   * moves. Far pulls stretch less and less, so the body stays within its reach.
+   * Holds a part and pulls it away from its position in the standing body. Call it again when the hand
+   * moves. The further the pull, the less the body follows, so it stays within its reach.
    *
    * @param grip - the part
    * @param pullM - displacement `[x, y, z]` in metres, +Y up, the body facing +Z
-   * @throws DynaSkinError `argument` for an unknown part or what is no array of three numbers, `motion`
-   *   for a number that is not finite
+   * @throws DynaSkinError `argument` for an unknown part or anything but an array of three numbers,
+   *   `motion` for a number that is not finite
    */
   hold(grip: Grip, pullM: ArrayLike<number>): void {
     checkLength("pullM", pullM, 3);
@@ -59,12 +59,12 @@ export class Puppet {
   }
 
   /**
-   * Moves on and writes the pose into `out`, which it returns. The path does not depend on the display
-   * rate.
+   * Advances the motion and writes the pose into `out`, which it returns. The path does not depend on the
+   * display rate.
    *
-   * @param dtSeconds - time since the last step in seconds; below zero counts as none, above 0.25 s as
+   * @param dtSeconds - time since the last step in seconds; negative counts as 0, above 0.25 s as
    *   0.25 s
-   * @throws DynaSkinError `argument` for an `out` of the wrong type or length, or a time that is no
+   * @throws DynaSkinError `argument` for an `out` of the wrong type or length, or a time that is not a
    *   finite number
    */
   step(dtSeconds: number, out: Pose = new Float64Array(POSE_LENGTH)): Pose {
@@ -81,8 +81,7 @@ export class Puppet {
   }
 
   /**
-   * Where a part is now, in the world, in metres: its joint inside the body. A page draws its handles
-   * there.
+   * Present position of a part's joint in the world, in metres. Draw handles there.
    *
    * @throws DynaSkinError `argument` for an unknown part
    */

@@ -60,11 +60,11 @@ const turnAt = (joint: number) => 3 + joint * 4;
 
 /** Moves the soft tissue of a skinned mesh of any engine: reads its pose, shows the surface. */
 export abstract class SkinDriver<Mesh extends object> {
-  /** The avatar that was handed in. It stays the caller's: dispose of it after this. */
+  /** The avatar passed to the constructor. It stays yours: dispose of it after this object. */
   readonly avatar: TissueSource;
-  /** The mesh that was handed in. */
+  /** The mesh passed to the constructor. */
   readonly mesh: Mesh;
-  /** The pose that was read at the last update; in a left-handed scene, with z mirrored. */
+  /** The pose read at the last update; in a left-handed scene with z mirrored. */
   readonly pose: Pose = new Float64Array(POSE_LENGTH);
   readonly #vertexMap: RigOptions["vertexMap"];
   /** Of each joint against its parent at rest, metres. */
@@ -96,7 +96,7 @@ export abstract class SkinDriver<Mesh extends object> {
   }
 
   /**
-   * Reads the bones, moves the tissue and hands the surface to the mesh. Call it once a frame after
+   * Reads the bones, moves the tissue and updates the mesh's surface. Call it once per frame after
    * everything that moves bones, before rendering.
    *
    * @param deltaSeconds - time since the last call in seconds (three's `Timer` gives seconds,
@@ -110,8 +110,8 @@ export abstract class SkinDriver<Mesh extends object> {
   }
 
   /**
-   * Reads the bones without moving the tissue, for pages that step avatars by themselves, such as many
-   * by one call. Then step the avatar to {@link pose}, and {@link show} it; {@link update} is all
+   * Reads the bones without moving the tissue, for pages that step avatars themselves, for example many
+   * in one call. Then step the avatar to {@link pose}, and {@link show} it; {@link update} does all
    * three.
    *
    * @returns {@link pose}
@@ -126,7 +126,7 @@ export abstract class SkinDriver<Mesh extends object> {
   }
 
   /**
-   * Hands the avatar's present surface to the mesh; see {@link readPose}.
+   * Updates the mesh with the avatar's present surface; see {@link readPose}.
    *
    * @throws DynaSkinError `disposed`
    */
@@ -137,8 +137,8 @@ export abstract class SkinDriver<Mesh extends object> {
   }
 
   /**
-   * Poses the bones as a dynaskin pose says, for motions that come from `Motion.poseAt` instead of
-   * the engine's own animations. The pose counts from where the skeleton's parent is.
+   * Poses the bones by a dynaskin pose, for motions that come from `Motion.poseAt` instead of
+   * the engine's own animations. The pose is relative to the skeleton's parent.
    *
    * @throws DynaSkinError `argument` for a wrong length, `disposed`
    */
@@ -155,8 +155,8 @@ export abstract class SkinDriver<Mesh extends object> {
   }
 
   /**
-   * Gives the mesh back its surface and bounds, and its skeleton its distances. The avatar is not
-   * disposed of. May be called again.
+   * Restores the mesh's surface, bounds and skeleton. It does not dispose of the avatar. May be called
+   * again.
    */
   dispose(): void {
     const rig = this.#rig;

@@ -4,7 +4,7 @@ import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type JointName, type Pose } from "../pose.js";
 import type { RestBody } from "./vertex-map.js";
 
-/** What an adapter needs of an avatar: of this thread, in a worker, or anywhere else. */
+/** What an adapter needs from an avatar in this thread, in a worker, or anywhere else. */
 export interface RemoteAvatar {
   /** Moves to a pose, `dtSeconds` after the last; see `Avatar.step`. */
   step(pose: Pose, dtSeconds: number): void;
@@ -12,9 +12,9 @@ export interface RemoteAvatar {
   readonly positions: Float32Array;
   /** Unit normals of `positions`. */
   readonly normals: Float32Array;
-  /** Another number whenever the shape may be another; see `Avatar.revision`. */
+  /** Changes whenever the shape may have changed; see `Avatar.revision`. */
   readonly revision: number;
-  /** Metres of the world in a metre of the body, in which poses are given; see `Avatar.scale`. */
+  /** Metres of the world per metre of the body, for the translation of poses; see `Avatar.scale`. */
   readonly scale: number;
   /** Rest positions of the 24 joints for the present shape: `[joint][x, y, z]` flattened, metres. */
   restJointsM(): Float32Array;
@@ -22,7 +22,7 @@ export interface RemoteAvatar {
   restBody?: (() => RestBody | null) | undefined;
 }
 
-/** What an adapter shows: an avatar of this thread, or one in a worker. */
+/** What an adapter shows: an avatar in this thread, or one in a worker. */
 export type TissueSource = Avatar | RemoteAvatar;
 
 /**
@@ -30,12 +30,12 @@ export type TissueSource = Avatar | RemoteAvatar;
  * defaults fit the bodies in `models/`.
  */
 export interface RigOptions {
-  /** Names of bones that are not called as the joints they are. */
+  /** Names of bones that are not named like their joints. */
   boneNames?: Partial<Record<JointName, string>>;
   /**
-   * Per vertex of the mesh the vertex of the body, where the mesh has others. Rest positions tell it for
-   * meshes that were renumbered, split at seams or had parts left out; an avatar in a worker does not know
-   * them, and without this option both must have equally many, in the same order.
+   * The body's vertex for each vertex of the mesh, if they differ. The adapter finds it by rest positions for
+   * meshes that were renumbered, split at seams or had parts left out. An avatar in a worker does not have
+   * the rest positions: without this option both must have the same vertices in the same order.
    */
   vertexMap?: ArrayLike<number>;
 }

@@ -1,7 +1,7 @@
 /**
  * dynaskin in one JavaScript file: the same as the main entry, with the WebAssembly inside. For
- * bundlers that copy no files (esbuild), and for pages that must not fetch any. As large as
- * the compressed file, and unpacked at each start.
+ * bundlers that do not copy files (esbuild), and for pages that must not fetch any. As large as
+ * the compressed file, which is decompressed at each start.
  *
  * @module
  */
@@ -13,8 +13,7 @@ import { compile } from "../wasm/instantiate.js";
 export * from "../index.js";
 
 /**
- * Loads a model as the main entry's `load` does; the WebAssembly is in this module, so `wasm` can be
- * left out.
+ * Loads a model like the main entry's `load`; the WebAssembly is in this module, so leave out `wasm`.
  *
  * @throws DynaSkinError as `load` of the main entry
  */

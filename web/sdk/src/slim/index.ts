@@ -1,7 +1,7 @@
 /**
- * dynaskin with a core of a fraction of the size: the same as the main entry, without tract, which reads
- * and runs ONNX files. It plays bundles whose networks `dynaskin slim` has lowered, and says so where a
- * bundle's are not.
+ * dynaskin with a much smaller core: the same as the main entry, without tract, which reads
+ * and runs ONNX files. It plays bundles whose networks `dynaskin slim` has lowered, and refuses
+ * others.
  *
  * @module
  */
