@@ -117,7 +117,7 @@ export class Body {
 
 /** A body with the networks that move its skin. One model makes any number of avatars. */
 export class Model {
-  /** What belongs together, where it comes from and how well it was measured to do. */
+  /** The files of the model, their origin and the measured errors. */
   readonly bundle: Bundle;
   /** The body. */
   readonly body: Body;

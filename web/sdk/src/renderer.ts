@@ -1,6 +1,6 @@
 /**
  * dynaskin's own renderer: skins on the graphics card and draws avatars in a studio, with WebGPU or
- * WebGL2. A file of its own, so that pages with another engine never download it.
+ * WebGL2. Its WebAssembly is a separate file, so pages with another engine never download it.
  *
  * @module
  */
@@ -13,36 +13,36 @@ import { type Progress, ProgressSum } from "./source.js";
 import { compile, type WasmSource } from "./wasm/instantiate.js";
 import * as glue from "./wasm/renderer.js";
 
-/** A graphics interface of the browser. */
+/** A graphics API of the browser. */
 export type Backend = "webgpu" | "webgl2";
 
-/** How the renderer begins. */
+/** Options of {@link createRenderer}. */
 export interface RendererOptions {
-  /** The interface to use; `auto` takes WebGPU where there is an adapter, else WebGL2. */
+  /** The API to use; `auto`, the default, takes WebGPU if there is an adapter, else WebGL2. */
   backend?: Backend | "auto";
-  /** The WebAssembly file, where the bundler cannot find it beside this module. */
+  /** The WebAssembly file, if the bundler cannot find it beside this module. */
   wasm?: WasmSource;
   /** Called as the WebAssembly file arrives. */
   onProgress?: (progress: Progress) => void;
   /**
-   * Draws fewer pixels (down to half the width and height) while pictures come slower than 48 a second,
-   * and all again when they are in time; where the browser draws without a graphics card, it begins with
-   * fewer. Off by default. For pages that draw in every animation frame.
+   * Lowers the resolution (down to half the width and height) while frames come slower than 48 a second,
+   * and raises it again afterwards; begins low if the browser renders without a graphics card. Off by
+   * default. For pages that draw in every animation frame.
    */
   adaptiveResolution?: boolean;
 }
 
 /** A perspective camera. */
 export interface Camera {
-  /** Where it is, in the world, metres. */
+  /** Its position in the world, metres. */
   eyeWorldM: readonly [number, number, number];
-  /** What it looks at, in the world, metres. */
+  /** The point it looks at, in the world, metres. */
   targetWorldM: readonly [number, number, number];
   /** Vertical field of view in radians, 0.05 to 2.8. */
   fovYRadians: number;
 }
 
-/** Colours of the backdrop: red, green, blue in sRGB, 0 to 1. */
+/** Colours of the background: red, green, blue in sRGB, 0 to 1. */
 export interface Background {
   /** Behind the subject. */
   center: readonly [number, number, number];
@@ -50,13 +50,16 @@ export interface Background {
   edge: readonly [number, number, number];
 }
 
-/** What a body is drawn from. An avatar of `dynaskin` is one; so is what you put together yourself. */
+/** The arrays that a body is drawn from. Avatars of `dynaskin` have them; you can also build them yourself. */
 export interface Surface {
   /** Rest-pose positions: `[vertex][x, y, z]` flattened, metres. */
   readonly positions: Float32Array;
   /** Unit normals of the positions, in the same order. */
   readonly normals: Float32Array;
-  /** What the heat map shows the length of, in the same order, metres: the offsets, or an error. */
+  /**
+   * The values of the heat map, in the same order, metres: one vector (whose length counts) or one
+   * length per vertex, such as the offsets or an error.
+   */
   readonly offsets: Float32Array;
   /** Per joint the matrix from rest-pose to world coordinates: `[joint][16]`, column-major. */
   readonly skinMatrices: Float32Array;
@@ -93,8 +96,8 @@ const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i;
 /**
  * Starts drawing to a canvas, which then belongs to the renderer.
  *
- * @throws DynaSkinError `fetch`, `wasm`, or what the graphics interface refuses (`no-adapter` where
- *   the browser has none)
+ * @throws DynaSkinError `fetch`, `wasm`, `gpu` for an error of the driver, or `no-adapter` if the browser
+ *   has no usable graphics API
  */
 export async function createRenderer(
   canvas: HTMLCanvasElement,
@@ -140,8 +143,8 @@ function contextRestored(canvas: HTMLCanvasElement): Promise<void> {
 }
 
 /**
- * The heat map's colours from no offset to the end of the scale, evenly spaced: red, green, blue in
- * sRGB, 0 to 1. A renderer must have been made before.
+ * The heat map's colours from zero to the end of the scale, evenly spaced: red, green, blue in
+ * sRGB, 0 to 1. Create a renderer first.
  */
 export function heatRamp(): [number, number, number][] {
   const flat = instance.guard(() => glue.heat_ramp());
@@ -152,11 +155,11 @@ export function heatRamp(): [number, number, number][] {
   ]);
 }
 
-/** Where a body stands in the picture. */
+/** A displacement of a body from the position in its pose. */
 export interface Placement {
-  /** Shift in metres, in the world; nothing by default. */
+  /** Translation in the world, metres; zero by default. */
   readonly positionM?: readonly [number, number, number];
-  /** Turn about the vertical axis through the world's origin before the shift, radians; 0 by default. */
+  /** Rotation about the vertical axis through the world's origin, before the translation, radians; 0 by default. */
   readonly turnRadians?: number;
 }
 
@@ -165,8 +168,8 @@ export interface Look {
   /** Matt plaster instead of skin and cloth as painted; false by default. */
   readonly sculpture?: boolean;
   /**
-   * Painted clothes span hollows and rises of the skin instead of following each; false by default. The
-   * picture then leaves the avatar's own surface by up to a few millimetres under the clothes.
+   * Whether painted clothes span hollows of the skin instead of following them; false by default. The
+   * drawn surface then differs from the avatar's by up to a few millimetres under the clothes.
    */
   readonly draped?: boolean;
 }
@@ -181,7 +184,7 @@ function placementMatrix({ positionM = [0, 0, 0], turnRadians = 0 }: Placement):
 
 /** Draws avatars to one canvas. */
 export class Renderer {
-  /** The graphics interface in use. */
+  /** The graphics API in use. */
   readonly backend: Backend;
   /** The graphics card as the browser names it; may be empty. */
   readonly adapter: string;
@@ -232,7 +235,7 @@ export class Renderer {
   }
 
   /**
-   * Resolves when the graphics card is lost: with the reason (call {@link recover} then), or with
+   * Resolves when the graphics device is lost: with the reason (then call {@link recover}), or with
    * null after {@link dispose}. After a recovery it is a new promise.
    */
   get lost(): Promise<string | null> {
@@ -240,7 +243,7 @@ export class Renderer {
   }
 
   /**
-   * Whether the graphics card is lost and not yet recovered. Calls are then remembered, and nothing
+   * Whether the graphics device is lost and not yet recovered. Calls are recorded meanwhile, and nothing
    * is drawn.
    */
   get isLost(): boolean {
@@ -277,11 +280,11 @@ export class Renderer {
   }
 
   /**
-   * Draws again on the same canvas after the graphics card was lost. Bodies, camera, backdrop, heat map
-   * and size are as before; with WebGL2 it waits until the browser gives the context back.
+   * Draws again on the same canvas after the graphics device was lost. Bodies, camera, background, heat map
+   * and size are as before; with WebGL2 it waits until the browser restores the context.
    *
-   * @throws DynaSkinError `lost` where the context does not come back within ten seconds,
-   *   otherwise as {@link createRenderer}; it may be called again then
+   * @throws DynaSkinError `lost` if the context is not restored within ten seconds,
+   *   otherwise as {@link createRenderer}; you may call it again
    */
   recover(): Promise<void> {
     this.#recovering ??= this.#recover().finally(() => {
@@ -324,7 +327,7 @@ export class Renderer {
     this.#camera = camera;
   }
 
-  /** Paints the backdrop. */
+  /** Sets the colours of the background. */
   setBackground(background: Background): void {
     const { center, edge } = background;
     const { raw } = this;
@@ -340,8 +343,8 @@ export class Renderer {
   }
 
   /**
-   * What the pixel ratio is multiplied by at present, 0.5 to 1; always 1 without
-   * {@link RendererOptions.adaptiveResolution}, and in a picture with all pixels.
+   * The present factor on the pixel ratio, 0.5 to 1; always 1 without
+   * {@link RendererOptions.adaptiveResolution}, and in a frame with all pixels.
    */
   get resolutionScale(): number {
     return this.#hasAllPixels ? 1 : (this.#resolution?.scale ?? 1);
@@ -355,9 +358,9 @@ export class Renderer {
   }
 
   /**
-   * Draws one picture. Returns whether it was drawn: a hidden page and a lost graphics card draw
-   * none, which is no error. `allPixels` draws one that will stand with all of its pixels, whatever
-   * {@link RendererOptions.adaptiveResolution} has come to.
+   * Draws one frame. Returns whether it was drawn: a hidden page and a lost graphics device draw
+   * nothing, which is not an error. `allPixels` draws a still frame in full resolution, whatever
+   * {@link RendererOptions.adaptiveResolution} has chosen.
    */
   render({ allPixels = false }: { allPixels?: boolean } = {}): boolean {
     const { raw } = this;
@@ -439,7 +442,7 @@ export class BodyHandle {
     }
   }
 
-  /** Takes over an avatar's present surface and pose, or another of the same body. */
+  /** Takes over the present surface and pose of an avatar, or another surface of the same body. */
   update(surface: Surface): void {
     this.#call((raw, id) => {
       raw.set_surface(id, surface.positions, surface.normals, surface.offsets);
@@ -448,7 +451,7 @@ export class BodyHandle {
     this.#surface = surface;
   }
 
-  /** Stands it elsewhere than its pose says, such as beside another of the same motion. */
+  /** Displaces it from the position in its pose, for example to stand beside another with the same motion. */
   setPlacement(placement: Placement): void {
     this.#call((raw, id) => raw.set_body_placement(id, placementMatrix(placement)));
     this.#placement = placement;
@@ -483,7 +486,7 @@ export class BodyHandle {
     return this.#renderer.wasm.guardLater(() => raw.read_skinned_positions(id));
   }
 
-  /** Takes it off the picture and frees its buffers. May be called again, and after the renderer's end. */
+  /** Removes it from the scene and frees its buffers. May be called again, and after `dispose()` of the renderer. */
   remove(): void {
     if (this.#isRemoved) return;
     if (!this.#renderer.isDisposed) this.#call((raw, id) => raw.remove_body(id));

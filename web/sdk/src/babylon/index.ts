@@ -1,6 +1,6 @@
 /**
- * dynaskin in Babylon.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of this
- * package's models, {@link bindAvatar} and {@link AvatarTissue} anybody's avatar. Works with the WebGL and
+ * dynaskin in Babylon.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of
+ * dynaskin's models, {@link bindAvatar} and {@link AvatarTissue} any other avatar. Works with the WebGL and
  * the WebGPU engine, in left- and right-handed scenes.
  *
  * @module
@@ -45,8 +45,8 @@ const MIRROR_Z = Matrix.Scaling(1, 1, -1);
 /**
  * Moves the soft tissue of a skinned `Mesh` that was loaded from the avatar's `body.glb`.
  *
- * The offsets go in before skinning: every material and the shadow pass see the same surface. The
- * bones' distances follow the avatar's shape. The skeleton must serve this mesh alone.
+ * The offsets are added before skinning: every material and the shadow pass use the same surface. The
+ * distances between bones follow the avatar's shape. No other mesh may use the skeleton.
  *
  * ```ts
  * const skin = new DynaSkin(avatar, mesh);
@@ -57,8 +57,8 @@ const MIRROR_Z = Matrix.Scaling(1, 1, -1);
  */
 export class DynaSkin extends SkinDriver<Mesh> {
   /**
-   * @param avatar - an avatar of the mesh's model, here or in a worker
-   * @param mesh - the mesh of that model's `body.glb`, as Babylon's glTF loader gives it
+   * @param avatar - an avatar of the mesh's model, in this thread or in a worker
+   * @param mesh - the mesh of that model's `body.glb`, as Babylon's glTF loader returns it
    * @throws DynaSkinError `argument` if bones are missing, vertices do not fit, the skeleton is
    *   shared, the bones' rest frames are not aligned with the model's axes, or another DynaSkin moves
    *   the mesh; the mesh is then unchanged

@@ -1,6 +1,6 @@
 /**
- * dynaskin in three.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of this package's
- * models, {@link bindAvatar} and {@link AvatarTissue} anybody's avatar. Works with `WebGLRenderer` and
+ * dynaskin in three.js: soft tissue that follows bones. {@link DynaSkin} moves the bodies of dynaskin's
+ * models, {@link bindAvatar} and {@link AvatarTissue} any other avatar. Works with `WebGLRenderer` and
  * `WebGPURenderer`.
  *
  * @module
@@ -43,9 +43,9 @@ const matrix = new Matrix4();
 /**
  * Moves the soft tissue of a `SkinnedMesh` that was loaded from the avatar's `body.glb`.
  *
- * The mesh gets a geometry and a skeleton of its own (same bones), so that the offsets go in before
- * skinning: every material, the shadow pass, raycasting and bounds see the same surface. The bones'
- * distances follow the avatar's shape.
+ * The mesh gets its own geometry and skeleton (with the same bones), so that the offsets are added before
+ * skinning: every material, the shadow pass, raycasting and bounds use the same surface. The distances
+ * between bones follow the avatar's shape.
  *
  * ```ts
  * const skin = new DynaSkin(avatar, gltf.scene);
@@ -58,12 +58,12 @@ const matrix = new Matrix4();
  */
 export class DynaSkin extends SkinDriver<SkinnedMesh> {
   /**
-   * @param avatar - an avatar of the mesh's model, here or in a worker
-   * @param object - the mesh of the same model's `body.glb`, or what holds it, such as the `scene` that `GLTFLoader`
-   *   gives
-   * @throws DynaSkinError `argument` if `object` holds no or several skinned meshes, bones are missing, vertices do not fit, the bones' rest
-   *   frames are not aligned with the model's axes, or another DynaSkin moves the mesh; the mesh is
-   *   then unchanged
+   * @param avatar - an avatar of the mesh's model, in this thread or in a worker
+   * @param object - the mesh of the same model's `body.glb`, or an object that contains it, such as the
+   *   `scene` that `GLTFLoader` returns
+   * @throws DynaSkinError `argument` if `object` contains no or several skinned meshes, bones are missing,
+   *   vertices do not fit, the bones' rest frames are not aligned with the model's axes, or another DynaSkin
+   *   moves the mesh; the mesh is then unchanged
    */
   constructor(avatar: TissueSource, object: Object3D, options: RigOptions = {}) {
     const mesh = skinnedMeshOf(object);

@@ -31,9 +31,9 @@ import { Remote } from "./remote.js";
 /**
  * One body that moves, in a worker.
  *
- * It has what an `Avatar` has, but for `skinned()`. Settings read as they were set last; what the
- * worker refuses is taken back when it answers, and the next {@link step} throws why. Surface,
- * `shape` and `timings` are those of the worker's last answer.
+ * It has the members of `Avatar`, except `skinned()`. Settings read back the last value that you set; a
+ * value that the worker refuses is undone when it answers, and the next {@link step} throws the reason.
+ * Surface, `shape` and `timings` are those of the worker's last answer.
  */
 export class WorkerAvatar
   extends Remote<Avatar, AvatarSettings>
@@ -41,25 +41,25 @@ export class WorkerAvatar
 {
   /** Whether the networks run; see `Avatar.dynamics`. */
   declare dynamics: boolean;
-  /** Whether anybody sees the avatar; see `Avatar.visible`. */
+  /** Whether the avatar is visible; see `Avatar.visible`. */
   declare visible: boolean;
   /**
-   * How much work the tissue is worth; see `Avatar.detail`. A `WorkerCrowd` with a level of detail sets
-   * it. Another word throws `argument`.
+   * Level of detail of the tissue; see `Avatar.detail`. A `WorkerCrowd` with a level of detail sets
+   * it. Any other string throws `argument`.
    */
   declare detail: Detail;
-  /** Whether poses correct the skin; see `Avatar.poseCorrectives`. */
+  /** Whether pose correctives are added; see `Avatar.poseCorrectives`. */
   declare poseCorrectives: boolean;
-  /** Where the poses come from; see `Avatar.poseSource`. Another word throws `argument` at once. */
+  /** Where the poses come from; see `Avatar.poseSource`. Any other string throws `argument` at once. */
   declare poseSource: PoseSource;
   /**
-   * How large the avatar stands in the world, 0.1 to 10; see `Avatar.scale`. Other numbers throw
+   * Size of the avatar in the world, 0.1 to 10; see `Avatar.scale`. Other numbers throw
    * `argument` at once.
    */
   declare scale: number;
   /**
-   * Metres from the camera; by it a `WorkerCrowd` chooses the {@link detail}. A negative number or NaN
-   * throws `argument`.
+   * Distance from the camera in metres; a `WorkerCrowd` chooses the {@link detail} by it. A negative number
+   * or NaN throws `argument`.
    */
   declare distanceM: number;
   /** Rest-pose offsets, `[vertex][x, y, z]` flattened, metres; valid until the next task. */
@@ -115,13 +115,13 @@ export class WorkerAvatar
 
   /**
    * Sends a pose to the worker. While the worker is busy with an earlier one, only the newest pose
-   * waits, and the times between add up: a slow worker gives fewer surfaces, not later ones.
+   * waits and time steps add up: a slow worker delivers fewer surfaces, not later ones.
    *
    * @param pose - see `Pose`; it is copied
    * @param dtSeconds - time since the last step in seconds
    * @throws DynaSkinError `argument` for a wrong length or a time step that is negative, not finite or
-   *   above a day, `disposed`, `worker` once the worker has stopped, and what the
-   *   worker met since the last step
+   *   above a day, `disposed`, `worker` once the worker has stopped, and errors in the worker since the
+   *   last step
    */
   step(pose: Pose, dtSeconds: number): void {
     checkLength("pose", pose, POSE_LENGTH);
@@ -132,17 +132,17 @@ export class WorkerAvatar
     this.give([pose], dtSeconds);
   }
 
-  /** Shape coefficients β in standard deviations, as the present surface has them. */
+  /** Shape coefficients β of the present surface, in standard deviations. */
   get shape(): Float32Array {
     return this.#shown.shape;
   }
 
-  /** The body in words, as the present surface has it; see `Avatar.figure`. */
+  /** The measures of the present surface; see `Avatar.figure`. */
   get figure(): Required<Figure> | null {
     return this.#alive.figure;
   }
 
-  /** Another number whenever {@link shape} may be another; see `Avatar.revision`. */
+  /** Changes whenever {@link shape} may have changed; see `Avatar.revision`. */
   get revision(): number {
     return this.#alive.revision;
   }
@@ -153,11 +153,11 @@ export class WorkerAvatar
   }
 
   /**
-   * Gives the avatar another shape; it and the surface change when the worker answers.
+   * Gives the avatar another shape; `shape` and the surface change when the worker answers.
    *
    * @param shape - see `Avatar.setShape`
-   * @throws DynaSkinError `argument` for a wrong length or an unknown measure; what the worker refuses, the next
-   *   step throws
+   * @throws DynaSkinError `argument` for a wrong length or an unknown measure; the next step throws what the
+   *   worker refuses
    */
   setShape(shape: Shape): void {
     this.change(["setShape", checkedShape(shape)]);
@@ -172,16 +172,15 @@ export class WorkerAvatar
     this.setControls({ strength: factor });
   }
 
-  /** All controls: a copy. A preset shows when the worker has answered. */
+  /** A copy of all controls. A preset appears in it when the worker has answered. */
   get controls(): Controls {
     return structuredClone(this.settings.controls);
   }
 
   /**
-   * Changes some controls, or takes over a preset; see `Avatar.setControls`.
+   * Changes some controls, or applies a preset; see `Avatar.setControls`.
    *
-   * @throws DynaSkinError `argument` for an unknown region; what the worker refuses, the next step
-   *   throws
+   * @throws DynaSkinError `argument` for an unknown region; the next step throws what the worker refuses
    */
   setControls(change: ControlChanges | ControlPreset): void {
     if (typeof change === "string") {
@@ -208,8 +207,8 @@ export class WorkerAvatar
   }
 
   /**
-   * All that the avatar remembers after the last pose it was given; see `Avatar.save`. An `Avatar` of
-   * the same model can restore it, and the other way round.
+   * The avatar's state after the last pose that it was given; see `Avatar.save`. An `Avatar` of
+   * the same model can restore it, and vice versa.
    *
    * @throws DynaSkinError `disposed`, `worker`
    */
@@ -219,11 +218,11 @@ export class WorkerAvatar
   }
 
   /**
-   * Goes on from where {@link save} was called; see `Avatar.restore`. A pose that still waits for the
+   * Continues from where {@link save} was called; see `Avatar.restore`. A pose that still waits for the
    * worker is dropped.
    *
-   * @throws DynaSkinError `state` for bytes that do not fit, `argument` for what are no bytes; the
-   *   avatar then stays as it was
+   * @throws DynaSkinError `state` for bytes that do not fit, `argument` for anything but bytes; the
+   *   avatar then stays unchanged
    */
   async restore(state: Uint8Array): Promise<void> {
     this.assertSound();

@@ -8,11 +8,11 @@ import { checkTimeStep } from "./refusals.js";
 import { Remote } from "./remote.js";
 
 /**
- * Avatars of one worker that are stepped by one call; see `Crowd`. Made by
+ * Avatars of one worker that one call steps together; see `Crowd`. Made by
  * `WorkerModel.createCrowd`.
  *
- * As with a {@link WorkerAvatar}, of the steps only the newest waits while the worker is busy, and what
- * the worker refuses, the next {@link stepAll} throws.
+ * As with a {@link WorkerAvatar}, only the newest step waits while the worker is busy, and the next
+ * {@link stepAll} throws what the worker refuses.
  */
 export class WorkerCrowd extends Remote<Crowd, CrowdSettings> {
   /** Replaced, never changed: steps that are under way go by it. */
@@ -55,7 +55,7 @@ export class WorkerCrowd extends Remote<Crowd, CrowdSettings> {
     avatar.crowds.add(this);
   }
 
-  /** Takes an avatar out, also a disposed one; those after it move up. Whether it was in. */
+  /** Removes an avatar, which may be disposed; those after it move up. Returns whether it was in the crowd. */
   remove(avatar: WorkerAvatar): boolean {
     if (!this.#avatars.includes(avatar)) return false;
     this.flush();
@@ -86,8 +86,8 @@ export class WorkerCrowd extends Remote<Crowd, CrowdSettings> {
   }
 
   /**
-   * By what avatars get less detail; see `Crowd.levelOfDetail`. Distances that were left out read as
-   * they are when the worker has answered; what it refuses, the next {@link stepAll} throws.
+   * When avatars get less detail; see `Crowd.levelOfDetail`. Distances that were left out appear when the
+   * worker has answered; the next {@link stepAll} throws what it refuses.
    */
   get levelOfDetail(): LevelOfDetail | null {
     this.assertAlive();
@@ -98,12 +98,12 @@ export class WorkerCrowd extends Remote<Crowd, CrowdSettings> {
     this.change(["levelOfDetail", levelOfDetail], { levelOfDetail });
   }
 
-  /** What the last answered step did and cost in the worker; null before the first. */
+  /** Detail and cost of the last answered step in the worker; null before the first. */
   get report(): CrowdReport | null {
     return this.#report;
   }
 
-  /** Frees the crowd in the worker; its avatars live on. May be called again. */
+  /** Frees the crowd in the worker; its avatars stay valid. May be called again. */
   override dispose(): void {
     super.dispose();
     for (const avatar of this.#avatars) avatar.crowds.delete(this);

@@ -32,18 +32,18 @@ import {
   untilAborted,
 } from "./start.js";
 
-/** How a model in a worker begins. */
+/** Options of {@link createWorkerModel}. */
 export interface WorkerModelOptions extends ThreadOptions {
   /**
    * The folder that holds `bundle.json` and the files it names, or the files themselves: addresses, bytes
    * (which are copied) or Blobs.
    */
   model: string | URL | ModelFiles;
-  /** Called as bytes arrive in the worker. What it throws, the promise rejects with. */
+  /** Called as bytes arrive in the worker. If it throws, the promise rejects with that error. */
   onProgress?: (progress: Progress) => void;
 }
 
-/** How an avatar in a worker of its own begins. */
+/** Options of {@link createWorkerAvatar}. */
 export interface WorkerAvatarOptions extends WorkerModelOptions, AvatarOptions {}
 
 /**

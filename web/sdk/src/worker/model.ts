@@ -9,11 +9,11 @@ import { checkedShape, type SentShape } from "./protocol.js";
 import { disposed } from "./refusals.js";
 
 /**
- * A model in a worker: as a `Model` makes avatars and crowds of this thread, it makes those of the
- * worker. All of them share one core and the networks, and are stepped one after the other.
+ * A model in a worker: it makes avatars and crowds in the worker, as a `Model` does in this thread.
+ * They share one core and the networks, and are stepped one after the other.
  */
 export class WorkerModel {
-  /** What belongs together, where it comes from and how well it was measured to do. */
+  /** The files of the model, their origin and the measured errors. */
   readonly bundle: Bundle;
   readonly #link: Link;
   readonly #made = new Set<{ dispose(): void }>();
@@ -75,7 +75,7 @@ export class WorkerModel {
   }
 
   /**
-   * Ends the worker, and with it all that was made from the model. May be called again; anything else
+   * Ends the worker, and with it everything made from the model. May be called again; anything else
    * throws `disposed` afterwards.
    */
   dispose(): void {

@@ -59,15 +59,15 @@ export abstract class Remote<Target, Settings extends object> {
   /** @internal Takes over what came with an answer, but for the settings. */
   protected abstract receive(answer: Partial<Stepped> & Pick<State<Settings>, "shown">): void;
 
-  /** Whether an answer is outstanding: what is shown is not yet all that was asked for. */
+  /** Whether an answer is outstanding: surfaces and settings are not up to date yet. */
   get pending(): boolean {
     return this.#unansweredSteps > 0 || this.#unansweredChanges > 0;
   }
 
   /**
-   * Resolves when the worker has answered all that was asked of this object, so that surfaces and
-   * settings are those of the last step and the last change. For tests, and for pages that draw single
-   * pictures; a page that draws continuously has no need of it.
+   * Resolves when the worker has answered all requests of this object: surfaces and
+   * settings are then those of the last step and the last change. For tests, and for pages that draw single
+   * frames; pages that draw continuously do not need it.
    *
    * @throws DynaSkinError what the worker refused since the last step, `disposed`, `worker`
    */

@@ -6,8 +6,8 @@ import { Link, type News } from "./link.js";
 import { brokenWorker, checkTimeout } from "./refusals.js";
 
 /**
- * A `TrustedScriptURL`, as the page's policy makes it of the address of `dynaskin/worker/thread`. Not
- * every TypeScript knows that type.
+ * A `TrustedScriptURL` that the page's policy makes from the address of `dynaskin/worker/thread`. Not
+ * every TypeScript version has that type.
  */
 export interface TrustedScriptAddress {
   toString(): string;
@@ -15,22 +15,22 @@ export interface TrustedScriptAddress {
 
 /** How a worker starts, and when it counts as lost. */
 export interface ThreadOptions {
-  /** The WebAssembly file, where the bundler cannot find it. */
+  /** The WebAssembly file, if the bundler cannot find it. */
   wasm?: string | URL | ArrayBuffer | WebAssembly.Module;
-  /** Makes the worker, where the bundler cannot find `dynaskin/worker/thread`. It is ours from then on. */
+  /** Makes the worker, if the bundler cannot find `dynaskin/worker/thread`. dynaskin owns it from then on. */
   createWorker?: () => Worker;
   /**
-   * The address of `dynaskin/worker/thread` as the page serves it, where the page's content security
+   * The address from which the page serves `dynaskin/worker/thread`, if its content security
    * policy has `require-trusted-types-for 'script'`: a `TrustedScriptURL` of your own policy. In place
    * of `createWorker`.
    */
   workerScript?: TrustedScriptAddress;
   /**
-   * For how many milliseconds the worker may be silent while an answer is due; then it is ended, and
-   * all that waits is rejected with the code `worker`. Browsers do not tell when a worker was
-   * terminated or ran out of memory, so this is how long it takes until that is noticed, and up to a
-   * quarter more. If left out 30,000; `Infinity` waits for ever. While it loads, the worker says that it
-   * is alive, so a slow download is no silence; time in which the page stands still does not count.
+   * Milliseconds for which the worker may be silent while an answer is due; then it is terminated, and
+   * all pending promises reject with the code `worker`. Browsers do not report that a worker was
+   * terminated or ran out of memory, so it takes this long, and up to a quarter longer, to notice. By
+   * default 30,000; `Infinity` for no limit. While it loads, the worker reports that it
+   * is alive, so a slow download does not count as silence, nor does time in which the page is blocked.
    */
   timeoutMs?: number;
   /** Ends the worker while it loads or reads; the promise then rejects with the signal's reason. */
