@@ -34,21 +34,21 @@ enum Command {
     Body(commands::body::BodyCommand),
     /// Bind a body's soft tissue to somebody else's avatar.
     Bind(commands::bind::BindArgs),
-    /// Make avatars whose soft tissue is known, to test binding with.
+    /// Make avatars with known soft tissue, to test binding.
     Avatars(commands::avatars::AvatarsArgs),
-    /// Simulate soft tissue under motions: training data.
+    /// Simulate soft tissue in motion, as training data.
     Simulate(commands::simulate::SimulateArgs),
     /// Fit a body to a mesh sequence: shape, poses and soft-tissue offsets.
     Fit(commands::fit::FitArgs),
     /// Fit a body to all sequences of several people, side by side, and report on them.
     FitAll(commands::fit_all::FitAllArgs),
-    /// Fit simulated sequences, whose truth is known, and print how far off the fits are.
+    /// Fit simulated sequences with known truth, and print the errors.
     FitCheck(commands::fit_check::FitCheckArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
     Train(Box<commands::train::TrainArgs>),
-    /// Write a bundle's networks as files that `dynaskin/slim` plays, after a check against tract.
+    /// Write a bundle's networks as files for `dynaskin/slim`, after a check against tract.
     Slim(commands::slim::SlimArgs),
-    /// Measure a bundle, or compare methods in a report, on clips that they were not trained on.
+    /// Measure a bundle on clips that it was not trained on, or compare methods in a report.
     Evaluate(commands::evaluate::EvaluateArgs),
     /// Print completions for a shell.
     Completions(commands::completions::CompletionsArgs),

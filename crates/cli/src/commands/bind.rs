@@ -20,16 +20,16 @@ pub struct BindArgs {
     /// The body whose tissue it gets.
     #[arg(long)]
     body: PathBuf,
-    /// The binding to write; beside the avatar if left out.
+    /// The binding to write [default: beside the avatar].
     #[arg(long)]
     out: Option<PathBuf>,
-    /// The picture of fit and coverage to write (PNG); beside the binding if left out.
+    /// The picture of fit and coverage to write (PNG) [default: beside the binding].
     #[arg(long)]
     picture: Option<PathBuf>,
-    /// What the avatar depicts. Soft tissue is for adults alone: only `adult` is bound.
+    /// What the avatar depicts. Soft tissue is for adults only: anything but `adult` is refused.
     #[arg(long)]
     depicts: Option<String>,
-    /// The avatar's node for one of the body's joints, where names fail: `left_hip=NAME`.
+    /// The avatar's node for one of the body's joints, if it is not recognised: `left_hip=NAME`.
     #[arg(long = "bone", value_name = "JOINT=NAME")]
     bones: Vec<String>,
 }

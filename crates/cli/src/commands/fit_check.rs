@@ -21,7 +21,7 @@ pub struct FitCheckArgs {
     /// Body model, a GLB built by `dynaskin body build`.
     #[arg(long)]
     body: PathBuf,
-    /// Folder of motion captures; without it hops made by formula.
+    /// Folder of motion captures [default: procedural hops].
     #[arg(long)]
     mocap: Option<PathBuf>,
     /// Name of the capture in that folder.
@@ -32,7 +32,7 @@ pub struct FitCheckArgs {
     /// Index of the true shape among the simulator's training and held-out shapes.
     #[arg(long, default_value_t = 1)]
     shape: usize,
-    /// Frames.
+    /// Number of frames.
     #[arg(long, default_value_t = 120, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=6_000))]
     frames: usize,
     /// Learn rigidity from the scans instead of taking it from the body.
@@ -44,8 +44,8 @@ pub struct FitCheckArgs {
     /// Only one case.
     #[arg(long, value_enum)]
     case: Option<CaseName>,
-    /// Also write the rest surface, each fit's offsets and the true ones into an .npz file, to look
-    /// at.
+    /// Also write the rest surface, each fit's offsets and the true ones into an .npz file, for
+    /// inspection.
     #[arg(long)]
     out: Option<PathBuf>,
 }

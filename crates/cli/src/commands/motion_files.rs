@@ -4,19 +4,19 @@ use anyhow::Context as _;
 use clap::Args;
 use dynaskin_motion::{AnimationChoice, ReadOptions, UpAxis};
 
-/// What the motion files of --mocap do not say, or say otherwise; docs/motion-files.md.
+/// What motion files do not state, or state wrongly; docs/motion-files.md.
 #[derive(Debug, Default, Args)]
 pub struct MotionFileArgs {
-    /// The files' joint for one of the body's, such as left_hip=Bone_17; may be given several times.
+    /// Joint of the motion files for a joint of the body, such as left_hip=Bone_17; may be given several times.
     #[arg(long, value_name = "BODY=FILE", requires = "mocap")]
     joint: Vec<String>,
-    /// Name of the animation of glTF files, or its place counted from 0; without it the one that moves.
+    /// Animation of glTF files: its name, or its index from 0 [default: the one that moves the most joints].
     #[arg(long, value_name = "NAME", requires = "mocap")]
     animation: Option<String>,
-    /// Frames per second of BVH and SMPL files, in place of what they say.
+    /// Frames per second of BVH and SMPL files, in place of the rate in the file.
     #[arg(long, value_name = "HZ", requires = "mocap")]
     rate: Option<f64>,
-    /// The axis that points up in files of SMPL poses: y, z or -y.
+    /// Up axis of files with SMPL poses: y, z or -y [default: the file's, or detected from the body].
     #[arg(
         long,
         value_name = "AXIS",

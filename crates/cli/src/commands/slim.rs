@@ -28,10 +28,10 @@ const TOLERANCE_M: f32 = 1e-6;
 /// Arguments of `dynaskin slim`.
 #[derive(Debug, Args)]
 pub struct SlimArgs {
-    /// Folders of bundles. Each gets two files more, and its bundle.json names them.
+    /// Folders of bundles. Each gets two more files, which its bundle.json names.
     #[arg(required = true)]
     bundles: Vec<PathBuf>,
-    /// The body, where it does not lie beside bundle.json.
+    /// The body, if it is not beside bundle.json.
     #[arg(long)]
     body: Option<PathBuf>,
 }

@@ -36,13 +36,13 @@ pub struct EvaluateArgs {
     /// Folder of clips made by `dynaskin simulate` on the bundle's body.
     #[arg(long)]
     data: PathBuf,
-    /// The body GLB, where it is not in the bundle's folder.
+    /// The body GLB, if it is not in the bundle's folder.
     #[arg(long)]
     body: Option<PathBuf>,
     /// Play the held-out motions moved by 3 m and 10 m and turned by 90° and 180° instead.
     #[arg(long)]
     moved: bool,
-    /// What is held out, as JSON; what the bundle was trained without unless given.
+    /// The split that says what is held out, as JSON [default: the one stored in the bundle].
     #[arg(long)]
     split: Option<PathBuf>,
     /// Write an HTML report to this file, and its numbers as CSV files beside it.
@@ -51,23 +51,23 @@ pub struct EvaluateArgs {
     /// Write the report's summary into the model card in the bundle's folder, too.
     #[arg(long, requires = "report")]
     card: bool,
-    /// Folder whose folders hold bundles to compare with, for the report; `methods` in the bundle's
-    /// folder where there is one, unless given.
+    /// Folder whose subfolders hold bundles to compare with in the report [default: `methods` in the
+    /// bundle's folder, if it exists].
     #[arg(long, requires = "report")]
     methods: Option<PathBuf>,
     /// Minutes of the report's continuous motion.
     #[arg(long, requires = "report", default_value_t = 10, value_parser = clap::value_parser!(u16).range(2..=120))]
     minutes: u16,
-    /// Leave out of the report what has to be simulated anew: other bodies and materials.
+    /// Leave out the sections of the report that need simulation: other bodies and materials.
     #[arg(long, requires = "report")]
     without_simulation: bool,
     /// Curves of autoencoders and principal components for the report, as `dynaskin train
-    /// casas-otaduy --compare-subspaces` writes them; `methods/casas-otaduy/subspaces.csv` in the bundle's folder
-    /// where there is one, unless given.
+    /// casas-otaduy --compare-subspaces` writes them [default: `methods/casas-otaduy/subspaces.csv` in the bundle's
+    /// folder, if it exists].
     #[arg(long, requires = "report")]
     subspaces: Option<PathBuf>,
-    /// Times in wasm for the report: first `npm run bench:methods male`, which writes
-    /// `artifacts/methods-male.json`, then this command with that file.
+    /// Times in wasm for the report: a file such as `artifacts/methods-male.json`, which
+    /// `npm run bench:methods male` writes.
     #[arg(long, requires = "report")]
     wasm_times: Option<PathBuf>,
 }

@@ -36,8 +36,8 @@ pub struct PlayArgs {
     /// The body with its networks: a folder with bundle.json, or its name below `models`, such as female.
     #[arg(long)]
     body: PathBuf,
-    /// What to write: a folder of meshes, frame-00000.obj and on, in metres, +Y up; or a video, NAME.mp4, which
-    /// ffmpeg makes.
+    /// Output: a folder for meshes (frame-00000.obj and so on, in metres, +Y up), or a video, NAME.mp4, which needs
+    /// ffmpeg.
     #[arg(long)]
     out: PathBuf,
     /// Meshes or pictures per second.
@@ -46,7 +46,7 @@ pub struct PlayArgs {
     /// Width and height of a video in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 720, value_parser = clap::value_parser!(u32).range(64..=2160))]
     size: u32,
-    /// From where a video is seen: 0 from the front, 90 from the body's left, in degrees about the vertical.
+    /// View of a video in degrees about the vertical: 0 from the front, 90 from the body's left.
     #[arg(
         long,
         value_name = "DEGREES",
@@ -54,13 +54,13 @@ pub struct PlayArgs {
         allow_negative_numbers = true
     )]
     turn: f64,
-    /// Weight in kilograms; what is left out follows from the rest.
+    /// Weight in kilograms; measures that are left out follow from the others.
     #[arg(long, value_name = "KG")]
     weight: Option<f64>,
-    /// Stature in metres, 1.45 and up.
+    /// Stature in metres, 1.45 to 2.2.
     #[arg(long, value_name = "M")]
     stature: Option<f64>,
-    /// Tape around the chest in centimetres.
+    /// Chest circumference in centimetres.
     #[arg(long, value_name = "CM")]
     chest: Option<f64>,
     /// Muscle, 0 to 1.
@@ -69,7 +69,7 @@ pub struct PlayArgs {
     /// Age in years.
     #[arg(long, value_name = "YEARS")]
     age: Option<f64>,
-    /// Without soft tissue, to compare.
+    /// Plain skinning without soft tissue, to compare.
     #[arg(long)]
     plain: bool,
     #[command(flatten)]

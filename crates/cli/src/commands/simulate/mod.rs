@@ -36,14 +36,14 @@ pub struct SimulateArgs {
     mocap: Option<PathBuf>,
     #[command(flatten)]
     files: MotionFileArgs,
-    /// Also simulate the motions made by formula.
+    /// Also simulate the procedural motions.
     #[arg(long)]
     procedural: bool,
     /// Folder to write one file per clip into; finished clips there are kept.
     #[arg(long, required_unless_present = "report")]
     out: Option<PathBuf>,
-    /// Simulate no clips, but write a page that puts the simulator beside measured bodies; with
-    /// --mocap also by captured walks and runs, with --out also the extremes of the clips there.
+    /// Simulate no clips, but write a page that compares the simulator with measured bodies; with
+    /// --mocap also in captured walks and runs, with --out also the extremes of the clips there.
     #[arg(long, value_name = "FILE.html", conflicts_with_all = ["plan", "shard", "preset"])]
     report: Option<PathBuf>,
     /// Seed that body shapes are drawn with.
@@ -60,35 +60,35 @@ pub struct SimulateArgs {
     /// At most this many frames of each motion.
     #[arg(long, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     limit_frames: Option<usize>,
-    /// Do not simulate mirrored motions: training learns from mirror images of all clips anyway.
+    /// Do not simulate mirrored motions: training of our networks ties left and right anyway.
     #[arg(long)]
     no_mirror: bool,
     /// Only clips whose name contains one of these words (several separated by commas).
     #[arg(long, value_delimiter = ',')]
     filter: Vec<String>,
-    /// Give every second clip materials of its own: stiffness and damping of each region drawn
-    /// around the usual ones.
+    /// Give every second clip its own materials: stiffness and damping of each region are drawn
+    /// between a quarter and four times the usual.
     #[arg(long)]
     vary_materials: bool,
-    /// Simulate every second motion also on one of 256 further shapes, drawn over 1.35 times the
+    /// Also simulate every second motion on one of 256 further shapes, drawn over 1.35 times the
     /// range of the training shapes
     #[arg(long)]
     further_shapes: bool,
-    /// Play every second capture through a rig of other habits: collars that take a share of the
-    /// arm's swing, spines of one or two bones
+    /// Play every second capture through another kind of rig: collars that take a share of the
+    /// arm's swing, spines with one or two bones
     #[arg(long)]
     vary_rigs: bool,
     /// Also simulate poses that are held and changed slowly, from T- and A-poses to lying down, with
     /// collars that turn
     #[arg(long)]
     held_poses: bool,
-    /// Also work out how far the tissue of COUNT shapes gives way when gravity is turned, into
-    /// compliance.json beside the clips: `train` learns from it what a shape does. 512 with
-    /// `--preset full`; shapes that are there are kept.
+    /// Also compute how far the tissue of COUNT shapes moves when gravity turns, into
+    /// compliance.json beside the clips: `train` conditions the networks on it. 512 with
+    /// `--preset full`; shapes in an existing file are kept.
     #[arg(long, value_name = "COUNT")]
     compliance: Option<usize>,
-    /// A whole data set: `full` takes the captures and the motions made by formula, mirror images,
-    /// slower and faster copies where captures are rare, held poses, further shapes, and varied
+    /// A whole data set: `full` takes the captures and the procedural motions, mirror images,
+    /// slower and faster copies of rare motions, held poses, further shapes, and varied
     /// materials and rigs.
     #[arg(long, value_enum)]
     preset: Option<Preset>,
@@ -96,10 +96,10 @@ pub struct SimulateArgs {
     /// write to one folder.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Simulator settings as JSON, all of them; `--plan` prints the usual ones.
+    /// File with all simulator settings as JSON; `--plan` prints the default ones.
     #[arg(long)]
     settings: Option<PathBuf>,
-    /// Only print what would be simulated, how many frames and how much disk they need.
+    /// Only print the clips that would be simulated, their frames and their size on disk.
     #[arg(long)]
     plan: bool,
 }

@@ -23,7 +23,7 @@ pub struct CasasOtaduyArgs {
     pub epochs: EpochArgs,
     #[command(flatten)]
     paper: PaperArgs,
-    /// Widths of the autoencoder: two layers and the latents.
+    /// Widths of the autoencoder: two layers, then the latents.
     #[arg(
         long,
         value_name = "OUTER,INNER,LATENTS",
@@ -34,10 +34,10 @@ pub struct CasasOtaduyArgs {
     /// Neurons of the regressor's hidden layer.
     #[arg(long, conflicts_with = "published_size")]
     neurons: Option<usize>,
-    /// Ticks that the regressor goes on from its own latents in training; 1 is the paper's way.
+    /// Ticks for which the regressor continues from its own latents in training; 1 in the paper.
     #[arg(long, default_value_t = RegressorConfig::default().rollout)]
     rollout: usize,
-    /// Noise on the true latents in training, in their deviations.
+    /// Noise on the true latents in training, in standard deviations of the latents.
     #[arg(long, default_value_t = RegressorConfig::default().latent_noise)]
     latent_noise: f32,
     /// Compare autoencoders of 50 and 100 latents with principal components on this held-out clip,

@@ -21,7 +21,7 @@ pub struct DsnetArgs {
     pub epochs: EpochArgs,
     #[command(flatten)]
     paper: PaperArgs,
-    /// Let padded frames count.
+    /// Include padded frames in the loss.
     #[arg(long)]
     no_mask: bool,
     /// Channels of the autoencoder, after the first and the second layer.

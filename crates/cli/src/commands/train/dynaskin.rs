@@ -32,7 +32,7 @@ pub struct DynaskinArgs {
     /// Principal components.
     #[arg(long, default_value_t = TrainConfig::default().components)]
     components: usize,
-    /// Frames a window of back-propagation through time.
+    /// Frames per window of back-propagation through time.
     #[arg(long, default_value_t = TrainConfig::default().window)]
     window: usize,
     /// Sequences side by side in a batch.
@@ -41,10 +41,10 @@ pub struct DynaskinArgs {
     /// AdamW's weight decay.
     #[arg(long, default_value_t = TrainConfig::default().weight_decay)]
     weight_decay: f32,
-    /// How much the change of the error from tick to tick counts beside the error.
+    /// Weight of the change of the error from tick to tick, relative to the error.
     #[arg(long, default_value_t = TrainConfig::default().velocity_weight)]
     velocity_weight: f32,
-    /// Share of the training clips that are learned from once more as a page would have been given
+    /// Share of the training clips that are used a second time in the form in which a page would receive
     /// them: held, jittered or noisy, through the runtime's conditioning.
     #[arg(long, default_value_t = TrainConfig::default().source_share)]
     source_share: f64,
