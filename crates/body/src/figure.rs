@@ -1,10 +1,10 @@
-//! A body's shape in words: stature, weight, chest, muscle and age, and the shape coefficients that have them.
+//! A body's measures (stature, weight, chest, muscle and age), and shape coefficients with given measures.
 //!
-//! Shape coefficients are standard deviations, so a random adult's are drawn from N(0, I). Of all shapes that
-//! have the wanted measures the likeliest is taken: for linear measures `m(β) = m₀ + J β` it is the conditional
+//! Shape coefficients are standard deviations, so a random adult's are drawn from N(0, I). The result is the
+//! likeliest shape with the given measures: for linear measures `m(β) = m₀ + J β` it is the conditional
 //! mean `β = Jᵀ (J Jᵀ)⁻¹ (m - m₀)`, as in Allen, Curless, Popović (2003), "The space of human body shapes".
-//! Weight and chest are measured on the surface and are not linear, so the equation is solved again where the
-//! last solution lies (Gauss-Newton). Two bounds keep bodies likely: each measure stays in the range of the
+//! Weight and chest are measured on the surface and are not linear, so the equation is solved again around the
+//! last solution (Gauss-Newton). Two bounds keep bodies likely: each measure stays in the range of the
 //! bodies behind the shape space, and all coefficients together within [`LARGEST_DISTANCE`].
 
 use glam::Vec3;
@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 use crate::measures::{DENSITY_KG_PER_M3, chest_girth_m, stature_m, volume_m3};
 use crate::{BodyModel, Region, SHAPE_COUNT};
 
-/// Largest Mahalanobis distance from the average body, over all ten coefficients: nine in ten adults that are
-/// drawn at random lie within it (χ² with 10 degrees of freedom).
+/// Largest Mahalanobis distance from the average body, over all ten coefficients: nine in ten random
+/// adults lie within it (χ² with 10 degrees of freedom).
 pub const LARGEST_DISTANCE: f64 = 4.0;
 
 /// Measures that a [`Figure`] may have.
@@ -33,7 +33,7 @@ const MEASURES: [Measure; COUNT] = [
     Measure::new("age", "years", 1.0, 0, [18.0, 100.0]),
 ];
 
-/// Smaller people are refused: all bodies are adults.
+/// Least stature in metres. Smaller people are refused, because all bodies are adults.
 pub const LEAST_STATURE_M: f64 = 1.45;
 
 /// Step of a coefficient over which measures are differentiated.
@@ -69,7 +69,7 @@ impl Measure {
     }
 }
 
-/// One attribute of a body.
+/// One measure of a body, linear in the shape coefficients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trait {
     /// `stature`, `weight`, `chest`, `muscle` or `age`.
@@ -78,27 +78,27 @@ pub struct Trait {
     pub unit: String,
     /// Value at β = 0.
     pub mean: f64,
-    /// Values between which the bodies behind the shape space lie, but for the outer hundredths.
+    /// Range of the bodies behind the shape space, without the outer hundredths.
     pub range: [f64; 2],
     /// Change of the value with each shape coefficient.
     pub per_coefficient: [f64; SHAPE_COUNT],
     /// Change of the shape coefficients that raises the value by 1. Stature scales the whole body;
-    /// weight, muscle and age leave each other but change the chest; the chest leaves these three.
+    /// weight, muscle and age do not affect each other but change the chest; the chest changes none of these.
     pub coefficients_per_unit: [f64; SHAPE_COUNT],
     /// Share of the variance among bodies of one stature that the coefficients explain, 0..=1.
     pub explained: f64,
 }
 
-/// What people know of a body. As a wish, what is left out follows from the rest.
+/// A body's measures. As a request, measures that are left out follow from the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figure {
     /// Height in metres, 1.45 to 2.2.
     pub stature_m: Option<f64>,
     /// Weight in kilograms, 30 to 250: the volume times [`DENSITY_KG_PER_M3`].
     pub weight_kg: Option<f64>,
-    /// Tape around the chest in centimetres, 60 to 170.
+    /// Chest circumference in centimetres, 60 to 170.
     pub chest_cm: Option<f64>,
-    /// Muscle, from 0 (none is visible) to 1 (a bodybuilder's); an average of many people is 0.5.
+    /// Muscle, from 0 (none visible) to 1 (a bodybuilder's); the average of many people is 0.5.
     pub muscle: Option<f64>,
     /// Age in years, 18 to 100.
     pub age_years: Option<f64>,
@@ -148,7 +148,7 @@ impl Figure {
     }
 }
 
-/// Why there is no shape of a wanted figure.
+/// Why there is no shape with the given measures.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
@@ -164,7 +164,7 @@ pub enum FigureError {
         /// What was asked for, metres.
         got: f64,
     },
-    /// A number that is no measure of a person; often one in another unit.
+    /// A number outside the measures of people; often one in another unit.
     #[error("{name} must be {least} to {greatest} {unit}, got {got}")]
     Outside {
         /// Which measure.
@@ -180,7 +180,7 @@ pub enum FigureError {
     },
 }
 
-/// Measures bodies of a model, and finds shapes of given measures.
+/// Measures bodies of a model, and finds shapes with given measures.
 #[derive(Clone, Copy, Debug)]
 pub struct Figures<'a> {
     body: &'a BodyModel,
@@ -188,10 +188,10 @@ pub struct Figures<'a> {
 }
 
 impl<'a> Figures<'a> {
-    /// Of a body and what is known of its shape space.
+    /// For a body and the traits of its shape space.
     ///
     /// # Errors
-    /// [`FigureError::Untold`] where a trait or the body's chest is unknown.
+    /// [`FigureError::Untold`] if a trait or the body's chest is unknown.
     pub fn new(body: &'a BodyModel, traits: &'a [Trait]) -> Result<Self, FigureError> {
         let [stature, weight, chest, muscle, age] = MEASURES.map(|measure| {
             traits
@@ -209,8 +209,8 @@ impl<'a> Figures<'a> {
         })
     }
 
-    /// The measures of a body: stature, weight and chest of its surface, muscle and age as they are on average
-    /// among bodies of that shape.
+    /// The measures of a body: stature, weight and chest of its surface, and the average muscle and age of
+    /// bodies with that shape.
     pub fn measure(&self, shape: &[f32; SHAPE_COUNT]) -> Figure {
         let positions_m = self.body.shaped(shape).positions_m;
         let mut values = self.measure_surface(&positions_m, shape).map(Some);
@@ -218,8 +218,8 @@ impl<'a> Figures<'a> {
         Figure::from_values(values)
     }
 
-    /// The likeliest shape of the wanted measures, as near to them as the bounds let it. [`Self::measure`] tells
-    /// what it has.
+    /// The likeliest shape (β, in standard deviations) with the wanted measures, as near to them as the bounds
+    /// allow. [`Self::measure`] returns the measures of the result.
     ///
     /// # Errors
     /// [`FigureError::Child`], [`FigureError::Outside`].
@@ -313,7 +313,7 @@ impl<'a> Figures<'a> {
 }
 
 impl Trait {
-    /// The value that bodies of a shape have on average, in [`Self::unit`].
+    /// The average value of bodies with a shape, in [`Self::unit`].
     pub fn at(&self, shape: &[f32; SHAPE_COUNT]) -> f64 {
         let steps = self.per_coefficient.iter().zip(shape);
         self.mean

@@ -1,17 +1,17 @@
-//! What the tissue of each soft region is made of, relative to the usual.
+//! Stiffness and damping of each soft region's tissue, relative to the usual.
 
 use serde::{Deserialize, Serialize};
 
 use crate::REGION_COUNT;
 
-/// Factors on what a body's tissue is made of, in [`crate::Region::ALL`]'s order; 1 is the usual
+/// Factors on the materials of a body's tissue, in [`crate::Region::ALL`]'s order; 1 is the usual
 /// tissue. The simulator multiplies its materials by them, and networks can take them as input.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Materials {
-    /// Of the shear modulus and with it of the skin's stiffness; the frequency goes with its root.
+    /// Factor on the shear modulus and the skin's stiffness; the frequency grows with its square root.
     pub stiffness: [f32; REGION_COUNT],
-    /// Of the damping ratio.
+    /// Factor on the damping ratio.
     pub damping: [f32; REGION_COUNT],
 }
 

@@ -1,4 +1,4 @@
-//! What a tape and a scale say of a rest surface.
+//! Stature, volume and chest circumference of a rest surface.
 
 use glam::Vec3;
 
@@ -13,7 +13,7 @@ pub fn stature_m(positions_m: &[Vec3]) -> f64 {
     f64::from(heights().fold(f32::MIN, f32::max) - heights().fold(f32::MAX, f32::min))
 }
 
-/// Volume inside a closed surface: signed tetrahedra from the origin.
+/// Volume inside a closed surface in m³: signed tetrahedra from the origin.
 pub fn volume_m3(positions_m: &[Vec3], faces: &[[u32; 3]]) -> f64 {
     let at = |vertex: u32| positions_m[vertex as usize].as_dvec3();
     let six_fold: f64 = faces
@@ -23,7 +23,7 @@ pub fn volume_m3(positions_m: &[Vec3], faces: &[[u32; 3]]) -> f64 {
     six_fold / 6.0
 }
 
-/// Length of a tape around the trunk at the height of the middle of the chest's tissue.
+/// Length in metres of a tape around the trunk at the height of the middle of the chest's tissue.
 pub fn chest_girth_m(
     positions_m: &[Vec3],
     faces: &[[u32; 3]],

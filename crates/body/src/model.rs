@@ -7,15 +7,16 @@ use crate::{JOINT_COUNT, Joint, Pose, REGION_COUNT};
 /// Number of shape coefficients β.
 pub const SHAPE_COUNT: usize = 10;
 
-/// Largest magnitude of a shape coefficient: beyond it, linear shapes are no bodies.
+/// Largest magnitude of a shape coefficient, in standard deviations: beyond it, linear shapes do not look
+/// like bodies.
 pub const MAX_SHAPE_COEFFICIENT: f32 = 5.0;
 
-/// How far from the origin a vertex or a joint may lie at any shape, in metres. Bodies are a few
-/// metres large; far outside, single precision first gets coarse and then overflows.
+/// Largest distance of a vertex or a joint from the origin at any shape, in metres. Bodies are a few
+/// metres large; far outside, single precision becomes coarse and then overflows.
 pub const MAX_EXTENT_M: f64 = 100.0;
 
-/// Least thickness of soft tissue in metres: skin and what lies right under it (skin alone is
-/// measured at 1.5-2 mm). The linear thickness of far lean shapes would fall below 0.
+/// Least thickness of soft tissue in metres: skin and the layer under it (skin alone measures
+/// 1.5 to 2 mm). The linear thickness of very lean shapes would fall below 0.
 pub const LEAST_THICKNESS_M: f32 = 0.003;
 
 /// Number of vertices of SMPL's mesh and of the default bodies.
@@ -38,7 +39,7 @@ pub struct SkinWeights {
 pub struct BodyModel {
     /// Name of the model, such as `female`.
     pub name: String,
-    /// Whose the body is, in the words of its file; empty where it does not say.
+    /// Copyright as stated in the body's file; empty if it states none.
     pub copyright: String,
     /// Rest positions at β = 0 in metres, `[vertex]`.
     pub template_m: Vec<Vec3>,
@@ -47,7 +48,7 @@ pub struct BodyModel {
     /// Metres per standard deviation, `[coefficient][vertex]`; [`SHAPE_COUNT`] coefficients.
     pub shape_dirs_m: Vec<Vec<Vec3>>,
     /// SMPL's pose correctives in metres, `[207][vertex]`, over the row-major entries of
-    /// `R(joint) - I` of joints 1..24; empty where the model has none.
+    /// `R(joint) - I` of joints 1..24; empty if the model has none.
     pub pose_dirs_m: Vec<Vec<Vec3>>,
     /// Rest joint positions at β = 0 in metres.
     pub joint_template_m: [Vec3; JOINT_COUNT],
@@ -55,8 +56,8 @@ pub struct BodyModel {
     pub joint_shape_dirs_m: Vec<[Vec3; JOINT_COUNT]>,
     /// Skin weights, `[vertex]`.
     pub skin: Vec<SkinWeights>,
-    /// Soft-tissue thickness over bone at β = 0 in metres, `[vertex]`; empty where unknown
-    /// (SMPL-family files do not tell).
+    /// Soft-tissue thickness over bone at β = 0 in metres, `[vertex]`; empty if unknown
+    /// (SMPL-family files do not have it).
     pub thickness_template_m: Vec<f32>,
     /// Change of thickness in metres per standard deviation, `[coefficient][vertex]`; empty where
     /// unknown.
@@ -100,8 +101,8 @@ pub struct ShapedBody {
     pub positions_m: Vec<Vec3>,
     /// Rest joint positions in metres.
     pub joints_m: [Vec3; JOINT_COUNT],
-    /// Tissue thickness in metres, at least [`LEAST_THICKNESS_M`], `[vertex]`; empty where the
-    /// model knows none.
+    /// Tissue thickness in metres, at least [`LEAST_THICKNESS_M`], `[vertex]`; empty if the
+    /// model has none.
     pub thickness_m: Vec<f32>,
 }
 

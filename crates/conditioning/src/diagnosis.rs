@@ -13,23 +13,22 @@ const NOISY_RATIO: f64 = 1.8;
 /// Noise below this is left alone, in degrees.
 const LEAST_NOISE_DEG: f64 = 0.03;
 
-/// What was found out about a source.
+/// What was detected about a pose source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diagnosis {
     /// Whether poses repeat while the body moves.
     pub repeats: bool,
     /// Seconds between two new poses, once known.
     pub interval_seconds: Option<f64>,
-    /// Root mean square of how unevenly poses arrive beyond what frames of the display explain, in
-    /// seconds.
+    /// Jitter of the arrivals beyond that of the display's frames: root mean square, in seconds.
     pub jitter_seconds: f64,
     /// White noise along each axis of a joint's turn, in degrees; 0 where there is less than bodies
     /// move.
     pub noise_degrees: f64,
-    /// How far the tissue is behind the source's poses, in seconds, beside the one tick that the
-    /// runtime always is.
+    /// Latency of the tissue behind the source's poses, in seconds, in addition to the one tick of the
+    /// runtime.
     pub latency_seconds: f64,
-    /// The preset that would help, where it is another than the one in use.
+    /// The source that would work better; none if the one in use is the best.
     pub advice: Option<PoseSource>,
 }
 

@@ -1,10 +1,10 @@
-//! Poses as they come: held over several frames of the display, late, early, and with noise.
+//! Conditions poses that are held over several frames of the display, late, early, or noisy.
 //!
-//! Tissue is driven by second differences of poses, so a pose that is shown twice is a stop and a
-//! blow. A [`Conditioner`] stands between a host and the tissue's clock. It notices poses that
-//! repeat and finds the interval at which the source makes new ones. It places every pose on that
-//! clock and gives the pose at a playhead that runs evenly behind it. Where every frame brings a new
-//! pose nothing is changed, to the bit.
+//! Tissue is driven by second differences of poses, so a pose that is shown twice acts as a stop and a
+//! jolt. A [`Conditioner`] stands between a host and the tissue's clock. It detects poses that
+//! repeat and estimates the interval at which the source makes new ones. It places every pose on that
+//! clock and returns the pose at a playhead that moves evenly behind it. If every frame brings a new
+//! pose, poses pass through unchanged, bit for bit.
 
 mod clock;
 mod conditioner;

@@ -1,20 +1,20 @@
-//! What is known of a source beforehand.
+//! The presets of pose sources.
 
 use crate::smoother::Tuning;
 
 /// Where poses come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PoseSource {
-    /// The page's own animation, or poses held over several frames of the display. Where every frame
-    /// brings a new pose nothing is changed; poses that repeat are put on their source's clock,
-    /// one of its intervals late.
+    /// The page's own animation, or poses held over several frames of the display. If every frame
+    /// brings a new pose nothing is changed; repeated poses are resampled to their source's clock,
+    /// with a latency of one of its intervals.
     #[default]
     Display,
-    /// A tracker of bodies, such as a webcam's: noise is taken off, which costs two intervals.
+    /// A body tracker, such as a webcam: noise is removed, with a latency of one and a half intervals.
     Tracker,
-    /// Poses from a network: evened out over what its jitter needs, noise left alone.
+    /// Poses from a network: evened out with a latency of one interval and the jitter; noise is not removed.
     Network,
-    /// Nothing is conditioned: every pose is taken as one that is new, at the time its step says.
+    /// Nothing is conditioned: every pose counts as new, at the time of its step.
     AsGiven,
 }
 

@@ -5,8 +5,8 @@ use glam::{DQuat, DVec3};
 
 use crate::{MotionError, interpolate};
 
-/// Largest number of frames of a clip: 45 minutes at 60 Hz, about 128 MB of poses. A reader holds them
-/// twice for a moment, which a phone's browser still gives.
+/// Largest number of frames of a clip: 45 minutes at 60 Hz, about 128 MB of poses. A reader briefly holds
+/// them twice, which still fits in a phone's browser.
 pub const MAX_CLIP_FRAMES: usize = 162_000;
 
 /// How far, in frames, the last sample may lie beyond the end of a clip, whose last pose it is then.
@@ -30,8 +30,8 @@ impl Clip {
     }
 
     /// The pose at `time_seconds` after the first frame; clamped to the clip's ends. Between
-    /// frames the motion is smooth: a curve whose speed and acceleration go on from step to step.
-    /// A clip without frames, which none of this crate's functions makes, rests.
+    /// frames the motion is smooth: speed and acceleration are continuous.
+    /// A clip without frames, which no function of this crate makes, gives the rest pose.
     pub fn pose_at(&self, time_seconds: f64) -> Pose {
         let Some(last) = self.frames.len().checked_sub(1) else {
             return Pose::REST;
@@ -62,7 +62,7 @@ impl Clip {
         self.sampled(rate_hz, 1.0)
     }
 
-    /// As [`Self::resampled`], in the memory that the clip has where it is of that rate already.
+    /// As [`Self::resampled`], without copying a clip that already has that rate.
     ///
     /// # Errors
     /// As [`Self::resampled`].
@@ -108,7 +108,7 @@ impl Clip {
         })
     }
 
-    /// The motion of the mirror image (x to -x), left and right exchanged.
+    /// The motion of the mirror image (x to -x), with left and right swapped.
     pub fn mirrored(&self) -> Self {
         Self {
             name: self.name.clone(),

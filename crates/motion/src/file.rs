@@ -1,4 +1,4 @@
-//! Motion files of any kind, told apart by their first bytes.
+//! Motion files of any kind, recognised by their first bytes.
 
 use dynaskin_body::{JOINT_COUNT, Pose};
 use glam::Vec3;
@@ -27,11 +27,11 @@ impl MotionFile {
         Self::parse_with(bytes, &ReadOptions::default())
     }
 
-    /// Reads a file of which the caller knows more, whatever its name.
+    /// Reads a file with options for what it does not state, whatever its name.
     ///
     /// # Errors
     /// What [`Bvh::parse_with`], [`GltfMotion::parse_with`] and `Amass::read_with` refuse;
-    /// [`MotionError::OtherKind`] for files of kinds that are known and not read,
+    /// [`MotionError::OtherKind`] for files of known kinds that are not supported,
     /// [`MotionError::UnknownFile`] for all others.
     pub fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
         if bytes.starts_with(b"glTF") {
@@ -60,8 +60,8 @@ impl MotionFile {
         Bvh::parse_with(bytes, options).map(Self::Bvh)
     }
 
-    /// What the file did not say or lacks, and what was made of it; empty where there is nothing to
-    /// say. Each is a sentence without its first capital and its full stop. [`Self::clip`] finds more.
+    /// What the file does not state or lacks, and how it was read; empty if there is nothing to note.
+    /// One sentence each, without initial capital and full stop. [`Self::clip`] finds more.
     pub fn notes(&self) -> Vec<String> {
         match self {
             Self::Bvh(motion) => motion.break_off().iter().map(ToString::to_string).collect(),
@@ -99,8 +99,8 @@ impl MotionFile {
         Ok(self.file_clip(clip, report))
     }
 
-    /// As [`Self::clip`] at `rate_hz`, with less memory: what the file holds is gone before the poses
-    /// are made anew. `progress` is told the fraction that is done.
+    /// As [`Self::clip`] at `rate_hz`, with less memory: the file's contents are freed before the poses
+    /// are resampled. `progress` receives the fraction that is done, 0 to 1.
     ///
     /// # Errors
     /// As [`Self::clip`] and [`Clip::resampled`].
@@ -153,9 +153,9 @@ impl MotionFile {
 pub struct FileClip {
     /// The motion, at the file's rate.
     pub clip: Clip,
-    /// What became of the file's joints. None for SMPL poses, which turn the body's joints as they are.
+    /// How the file's joints were matched. None for SMPL poses, which drive the body's joints directly.
     pub report: Option<JointReport>,
-    /// What the file did not say or lacks, what was found other than usual, and what was made of it: a
+    /// What the file does not state or lacks, what is unusual in it, and how it was read: one
     /// sentence each. The report has the same.
     pub notes: Vec<String>,
 }

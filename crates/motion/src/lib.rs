@@ -1,5 +1,5 @@
-//! Motion clips for the body's skeleton: readers, procedural test motions, retargeting, resampling;
-//! and a body moved by hand.
+//! Motion clips for the body's skeleton: readers, procedural motions, retargeting and resampling;
+//! and a body that is moved by hand.
 
 #[cfg(feature = "amass")]
 mod amass;

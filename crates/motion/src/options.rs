@@ -1,4 +1,4 @@
-//! What the caller says of a file that does not say it, or where the caller knows better.
+//! Options of the readers, for what a file does not state or states wrongly.
 
 use dynaskin_body::{JOINT_COUNT, Joint};
 use glam::DQuat;
@@ -18,8 +18,8 @@ pub enum UpAxis {
 }
 
 impl UpAxis {
-    /// Turns this world into one with +Y up; what pointed along -Y then points along +Z, or for a
-    /// world with -Y up what pointed along -Z.
+    /// Rotates this world into one with +Y up; -Y is mapped to +Z, or for a world with -Y up -Z is mapped
+    /// to +Z.
     pub fn y_up_from_world(self) -> DQuat {
         match self {
             Self::Y => DQuat::IDENTITY,
@@ -50,23 +50,23 @@ impl UpAxis {
 /// Which of a file's animations to read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AnimationChoice {
-    /// The one of that name; letters' case counts only where two differ by nothing else.
+    /// The animation with that name; case counts only if two names differ by nothing else.
     Name(String),
-    /// The one at that place, counted from 0.
+    /// The animation with that index, counted from 0.
     Index(usize),
 }
 
-/// What the caller says of a file. The default says nothing.
+/// What a file does not state or states wrongly. The default leaves everything to the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// The file's joint for one of the body's, by name: `(Joint::LeftHip, "LThigh")`. All others are
-    /// recognised as ever.
+    /// The file's joint for one of the body's, by name: `(Joint::LeftHip, "LThigh")`. The others are
+    /// recognised by name.
     pub joints: Vec<(Joint, String)>,
     /// Which animation of a glTF file; without it the one that moves the most joints.
     pub animation: Option<AnimationChoice>,
-    /// Frames per second of BVH and SMPL files, in place of what the file says.
+    /// Frames per second of BVH and SMPL files, in place of the rate in the file.
     pub rate_hz: Option<f64>,
-    /// The axis that points up in a file of SMPL poses, in place of what the file says.
+    /// The up axis of a file with SMPL poses, in place of that in the file.
     pub up: Option<UpAxis>,
 }
 

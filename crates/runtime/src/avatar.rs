@@ -33,15 +33,15 @@ pub const MAX_SCALE: f64 = 10.0;
 pub struct StepReport {
     /// Ticks of the model that the step ran.
     pub ticks: usize,
-    /// Why the tissue was settled anew, if it was.
+    /// Why the step settled the tissue, if it did.
     pub settled: Option<Settled>,
-    /// Where the time went; zeros unless the step was given a stopwatch.
+    /// Time of each stage; zeros unless the step was given a stopwatch.
     pub seconds: StageSeconds,
 }
 
 /// One body, stepped by its host.
 ///
-/// After an error the avatar is still good: the host can go on with the next pose.
+/// After an error the avatar can still be used: the host may continue with the next pose.
 #[derive(Debug)]
 pub struct Avatar {
     model: Arc<Model>,
@@ -107,17 +107,17 @@ impl Avatar {
         Ok(avatar)
     }
 
-    /// Moves on by `dt_seconds` to `pose`, whose translation is in metres of the world.
+    /// Advances by `dt_seconds` to `pose`, whose translation is in metres of the world.
     ///
-    /// The first pose, and one after a stall or a cut, is taken as one in which the body has stood
-    /// for long; after a stall or a cut, what was shown gives way to that over
-    /// [`crate::FADE_SECONDS`]. A step of 0 s (a pause) changes the skin matrices alone. For slow
-    /// motion, slow the time steps down with the poses.
+    /// The first pose, and the pose after a stall or a cut, is treated as if the body had stood in it
+    /// for a long time; after a stall or a cut, the previous offsets fade into this over
+    /// [`crate::FADE_SECONDS`]. A step of 0 s (a pause) changes only the skin matrices. For slow
+    /// motion, scale the time steps with the poses.
     ///
     /// # Errors
-    /// [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidTimeStep`]: the avatar stays as it
-    /// was. [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: the surface stays as it was,
-    /// and the next pose counts as the first.
+    /// [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidTimeStep`]: the avatar stays
+    /// unchanged. [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: the surface stays
+    /// unchanged, and the next pose counts as the first.
     pub fn step(&mut self, pose: &Pose, dt_seconds: f64) -> Result<StepReport, RuntimeError> {
         self.step_timed(pose, dt_seconds, &mut || 0.0)
     }
@@ -151,7 +151,7 @@ impl Avatar {
         })
     }
 
-    /// Changes the body's shape; the motion goes on. What is shown follows at once.
+    /// Changes the body's shape; the motion continues. The surface follows at once.
     ///
     /// # Errors
     /// As [`Self::new`]; the avatar keeps its shape.
@@ -172,21 +172,21 @@ impl Avatar {
         Ok(())
     }
 
-    /// Counts the shapes that the avatar was given: another number after every [`Self::set_shape`] and
-    /// [`Self::restore`], so that whoever depends on the shape need not compare it.
+    /// Changes with every [`Self::set_shape`] and [`Self::restore`], so that code that depends on the shape
+    /// need not compare coefficients.
     pub fn revision(&self) -> u32 {
         self.revision
     }
 
-    /// Shows offsets that the host knows, such as recorded ones, on an avatar without networks; they
+    /// Shows offsets of the host, such as recorded ones, on an avatar without networks; they
     /// stay until the next call. Positions and normals follow; the shape must not change meanwhile.
     ///
-    /// `offsets_rest_m` holds three numbers for each vertex of the body, metres, in the rest pose.
-    /// They are shown as they are: controls are for what networks predict.
+    /// `offsets_rest_m` has three numbers for each vertex of the body, in metres, in the rest pose.
+    /// Controls do not change them: they apply to predicted offsets only.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidOffsets`] for another count, numbers that are not finite, and on an
-    /// avatar with networks; what was shown stays.
+    /// avatar with networks; the surface then stays unchanged.
     pub fn show_offsets(&mut self, offsets_rest_m: &[f32]) -> Result<(), RuntimeError> {
         let invalid = |problem: String| RuntimeError::InvalidOffsets { problem };
         if self.soft.is_some() {
@@ -247,8 +247,8 @@ impl Avatar {
         &self.surface.normals
     }
 
-    /// `world_from_rest` of each joint at the last pose: times a rest position in metres gives a
-    /// world position.
+    /// `world_from_rest` of each joint at the last pose: maps a rest position in metres to a world
+    /// position in metres.
     pub fn skin_matrices(&self) -> &[Mat4; JOINT_COUNT] {
         &self.skin_matrices
     }

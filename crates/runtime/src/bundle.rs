@@ -1,4 +1,4 @@
-//! `bundle.json`: what belongs together, and whether it does.
+//! `bundle.json`: the files of a model, and checks that they belong together.
 
 use dynaskin_body::{SHAPE_COUNT, Trait};
 use serde::de::IgnoredAny;
@@ -12,7 +12,7 @@ use crate::features::{FeatureKind, GUEST_KINDS};
 /// The only `format` there is.
 pub const BUNDLE_FORMAT: &str = "dynaskin-bundle";
 
-/// The `version` that is written. Version 1, which does not say what the networks learned from, is read
+/// The `version` that is written. Version 1, which does not state the ranges of the training data, is read
 /// as well.
 pub const BUNDLE_VERSION: u32 = 2;
 
@@ -38,8 +38,8 @@ pub struct LoweredFiles {
     pub decoder: BundleFile,
 }
 
-/// What the networks learned from: least and greatest values in the clips. Beyond them networks
-/// extrapolate, so the runtime does not feed them stiffness and damping from there.
+/// Ranges of the training data: least and greatest values in the clips. Beyond them networks
+/// extrapolate, so the runtime clamps stiffness and damping to them before the networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Learned {
@@ -47,7 +47,7 @@ pub struct Learned {
     pub stiffness: [f32; 2],
     /// Factor on its damping ratio; likewise.
     pub damping: [f32; 2],
-    /// Each shape coefficient, in standard deviations; none where it is not known.
+    /// Each shape coefficient, in standard deviations; none if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<[[f32; 2]; SHAPE_COUNT]>,
 }
@@ -118,7 +118,7 @@ pub struct Bundle {
     pub predictor: BundleFile,
     /// The decoder's graph.
     pub decoder: BundleFile,
-    /// The same networks, lowered; none where `dynaskin slim` has not written them.
+    /// The same networks, lowered; none if `dynaskin slim` has not written them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lowered: Option<LoweredFiles>,
     /// What the predictor takes as input.
@@ -130,8 +130,8 @@ pub struct Bundle {
     /// What the networks learned from.
     #[serde(default = "unknown")]
     pub learned: Learned,
-    /// What the body's shapes look like, for shapes in words ([`dynaskin_body::Figures`]); none where it is not
-    /// known.
+    /// The body's measures, for shapes given by measures ([`dynaskin_body::Figures`]); empty if
+    /// unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traits: Vec<Trait>,
     /// Indices of the body's vertices that the decoder moves, ascending.
@@ -147,12 +147,12 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// Reads `bundle.json` and checks it as far as it can be checked alone.
+    /// Reads `bundle.json` and checks everything that can be checked without its files.
     ///
     /// # Errors
     /// [`RuntimeError::BundleJson`], [`RuntimeError::BundleVersion`], [`RuntimeError::BundleField`]
     /// for a rate other than 60 Hz, a feature count other than the kind's, file names with folders
-    /// in them, ranges that are none, and vertices that are not ascending; [`RuntimeError::LeftOut`]
+    /// in them, invalid ranges, and vertices that are not ascending; [`RuntimeError::LeftOut`]
     /// for features of a compared method in a build without the feature `guests`.
     pub fn from_json(json: &[u8]) -> Result<Self, RuntimeError> {
         let version = check_version(json)?;
@@ -168,7 +168,7 @@ impl Bundle {
     /// As JSON, for writing.
     ///
     /// # Errors
-    /// [`RuntimeError::BundleJson`] where a number is not finite.
+    /// [`RuntimeError::BundleJson`] if a number is not finite.
     pub fn to_json(&self) -> Result<String, RuntimeError> {
         serde_json::to_string_pretty(self).map_err(|error| RuntimeError::BundleJson {
             reason: error.to_string(),
@@ -228,7 +228,7 @@ impl BundleFile {
         }
     }
 
-    /// Whether `contents` are the file's.
+    /// Checks that `contents` have the file's hash.
     ///
     /// # Errors
     /// [`RuntimeError::HashMismatch`].

@@ -7,13 +7,13 @@ use crate::RuntimeError;
 use crate::bundle::Learned;
 use crate::features::Materials;
 
-/// No offset is longer than this, in metres, whatever the networks and controls say. It is the largest
+/// Upper limit for the length of any offset, in metres, for any networks and controls. It is the largest
 /// limit that a region can be given, and that of bodies without regions.
 pub const OFFSET_LIMIT_M: f32 = 0.20;
 
-/// Limits of the regions as an avatar begins, in metres, in the order of [`Region::ALL`].
+/// Default limits of the regions, in metres, in the order of [`Region::ALL`].
 ///
-/// Offsets up to half of a limit are left alone. Half of it is about what the region reaches at most in the
+/// Offsets up to half of a limit do not change. Half of it is about what the region reaches at most in the
 /// simulated training data with the usual tissue, both sexes, all shapes and motions: 92 mm (chest; 78 in 99
 /// of 100 clips), 53 (belly), 54 (buttocks), 33 (thighs), 9 (calves) and 35 (upper arms). The whole limit
 /// lies above what tissue of a quarter of the stiffness reaches, 159, 109, 102, 63, 23 and 49 mm. Poses that
@@ -33,25 +33,25 @@ pub struct RegionControls {
     /// Factor on the offsets, 0 to [`MAX_GAIN`].
     pub gain: f32,
     /// Factor on the tissue's stiffness, 1/[`MAX_RESPONSE`] to [`MAX_RESPONSE`]: 4 doubles the
-    /// frequency at which the region swings, and quarters what gravity does to it.
+    /// frequency at which the region swings, and quarters its displacement under gravity.
     pub stiffness: f32,
-    /// Factor on the tissue's damping, in the same range: 2 halves the time it swings on for.
+    /// Factor on the tissue's damping, in the same range: 2 halves the time for which it keeps swinging.
     pub damping: f32,
-    /// No offset is longer than this, in metres: 0 to [`OFFSET_LIMIT_M`], at first the region's of
-    /// [`REGION_LIMITS_M`]. Offsets up to half of it are left alone; longer ones approach it smoothly.
+    /// Upper limit for the length of an offset, in metres: 0 to [`OFFSET_LIMIT_M`], by default that of
+    /// [`REGION_LIMITS_M`]. Offsets up to half of it do not change; longer ones approach it smoothly.
     pub limit_m: f32,
 }
 
-/// All that can be turned on one avatar while it moves. The default leaves everything as the
+/// All controls of one avatar. They may change while it moves. The default leaves everything as the
 /// networks predict it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Controls {
     /// Factor on all offsets, 0 to [`MAX_GAIN`].
     pub strength: f32,
-    /// Factor on how much the pelvis's own acceleration through the world shakes the tissue, 0 to
-    /// [`MAX_GAIN`]: 0 keeps jumps, lifts and vehicles out and leaves what limbs and trunk do
-    /// against the pelvis. Turning about the pelvis counts in full.
+    /// Factor on the effect of the pelvis's acceleration through the world, 0 to
+    /// [`MAX_GAIN`]: 0 removes the effect of jumps, lifts and vehicles and keeps that of limbs and trunk
+    /// moving relative to the pelvis. Rotation about the pelvis always counts in full.
     pub root_inertia: f32,
     /// Per region, in the order of [`Region::ALL`].
     pub regions: [RegionControls; REGION_COUNT],
@@ -73,8 +73,8 @@ impl Default for Controls {
 }
 
 impl Controls {
-    /// Tissue under firm everyday clothes: held more tightly, at rest sooner, never far from where
-    /// it was, and shaken less by jumps and vehicles.
+    /// Tissue under firm everyday clothes: held more tightly, at rest sooner, displaced by at most 2 cm,
+    /// and shaken less by jumps and vehicles.
     pub fn calm_clothes() -> Self {
         let held = |gain: f32, stiffness: f32, limit_m: f32| RegionControls {
             gain,

@@ -23,7 +23,7 @@ const DECISION_STEPS: usize = 30;
 /// Weight of the newest step in the measured costs.
 const COST_WEIGHT: f64 = 0.05;
 
-/// By what avatars of a [`Crowd`] get less [`Detail`].
+/// When avatars of a [`Crowd`] get less [`Detail`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LevelOfDetail {
@@ -33,9 +33,9 @@ pub struct LevelOfDetail {
     /// From this distance on, in metres, an avatar is [`Detail::Asleep`]. At least
     /// `half_beyond_m`.
     pub asleep_beyond_m: f64,
-    /// Seconds of this thread that all tissue together may take per tick (1/60 s), if there is such
-    /// a limit: where it would take more, the farthest avatars get less detail than by distance.
-    /// Measured with the stopwatch given to [`Crowd::step_all`], so it makes what is shown depend
+    /// Seconds of this thread that all tissue together may take per tick (1/60 s), if there is a
+    /// limit: if it would take more, the farthest avatars get less detail than by distance.
+    /// Measured with the stopwatch given to [`Crowd::step_all`], so the result depends
     /// on the machine.
     pub budget_seconds: Option<f64>,
 }
@@ -107,12 +107,12 @@ pub struct CrowdReport {
     pub half: usize,
     /// Avatars asleep or out of sight.
     pub asleep: usize,
-    /// Where the time went, of all avatars together; zeros unless the stopwatch runs.
+    /// Time of each stage, for all avatars together; zeros unless the stopwatch runs.
     pub seconds: StageSeconds,
 }
 
 /// Steps many avatars of one model: every network is called once for all of them, so an avatar
-/// costs less than it does alone; what it shows is the same to rounding.
+/// costs less than alone; its surface is the same up to rounding.
 ///
 /// ```no_run
 /// # use std::sync::Arc;
@@ -159,10 +159,10 @@ struct Costs {
 }
 
 impl Crowd {
-    /// A crowd of avatars of `model`; all have the detail that the host gives them.
+    /// A crowd for avatars of `model`, without a level of detail.
     ///
     /// # Errors
-    /// [`RuntimeError::Inference`] where the networks cannot be set up.
+    /// [`RuntimeError::Inference`] if the networks cannot be set up.
     pub fn new(model: Arc<Model>) -> Result<Self, RuntimeError> {
         let pipeline = match model.soft() {
             Some(soft) => Some(Pipeline::new(&soft.networks)?),
@@ -181,12 +181,12 @@ impl Crowd {
         })
     }
 
-    /// By what avatars get less detail; with none, they keep what [`Avatar::set_detail`] gave them.
+    /// When avatars get less detail; without it they keep the value of [`Avatar::set_detail`].
     pub fn level_of_detail(&self) -> Option<&LevelOfDetail> {
         self.level_of_detail.as_ref()
     }
 
-    /// Changes that; [`Self::step_all`] then sets every avatar's detail.
+    /// Changes when avatars get less detail; [`Self::step_all`] then sets every avatar's detail.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidLevelOfDetail`]; nothing changes.
@@ -202,15 +202,15 @@ impl Crowd {
         Ok(())
     }
 
-    /// Moves every avatar on by `dt_seconds` to its pose, as [`Avatar::step`] does. `stopwatch`
-    /// gives seconds since any fixed instant; it is needed for a budget, and for
+    /// Advances every avatar by `dt_seconds` to its pose, as [`Avatar::step`] does. `poses[i]` is for
+    /// `avatars[i]`. `stopwatch` returns seconds since any fixed instant; it is needed for a budget, and for
     /// [`CrowdReport::seconds`].
     ///
     /// # Errors
     /// [`RuntimeError::InvalidCrowd`] for another number of poses than avatars and for an avatar of
     /// another model; [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidTimeStep`]: all avatars
-    /// stay as they were. [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: some surfaces may
-    /// have moved on, and the next poses count as the first.
+    /// stay unchanged. [`RuntimeError::Inference`], [`RuntimeError::NonFinite`]: some surfaces may
+    /// have changed, and the next poses count as the first.
     pub fn step_all(
         &mut self,
         avatars: &mut [&mut Avatar],

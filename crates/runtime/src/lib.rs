@@ -1,7 +1,7 @@
-//! The run time of dynaskin: a skeleton's motion in, offsets of the soft tissue out.
+//! The runtime of dynaskin: takes a skeleton's motion and returns offsets of the soft tissue.
 //!
 //! A [`Model`] is a body with its two networks, checked against each other; an [`Avatar`] is one
-//! such body on the stage. Each display frame the host hands a pose and the time since the last:
+//! instance of it. In each display frame the host passes a pose and the time since the last frame:
 //!
 //! ```no_run
 //! # use std::sync::Arc;
@@ -20,8 +20,8 @@
 //! # }
 //! ```
 //!
-//! The networks tick at 60 Hz whatever the host's rate, and what is shown lies one tick behind the
-//! host (see [`Avatar`]). This crate opens no file, knows no JavaScript and no GPU.
+//! The networks tick at 60 Hz whatever the host's rate, and the surface is one tick behind the
+//! host (see [`Avatar`]). This crate opens no file and depends on no JavaScript and no GPU.
 
 mod avatar;
 mod bundle;

@@ -41,8 +41,8 @@ pub(crate) struct SoftModel {
 }
 
 impl Model {
-    /// Loads a bundle: `bundle_json` and, through `read`, the files it names (given the bare file
-    /// name, it returns the contents or a sentence about why not). Without the feature `tract`, the
+    /// Loads a bundle: `bundle_json` and, through `read`, the files it names. `read` takes the bare file
+    /// name and returns the contents, or the reason of a failure in words. Without the feature `tract`, the
     /// networks are the lowered ones.
     ///
     /// # Errors
@@ -68,8 +68,8 @@ impl Model {
         Self::from_parts(bundle, Arc::new(body), &predictor, &decoder)
     }
 
-    /// Puts a bundle together with the body it was made for (already read and verified) and the
-    /// bytes of its networks, each as its ONNX or as its lowered file.
+    /// Builds a model from a bundle, the body it was made for (already read and verified) and the
+    /// bytes of its networks, each as an ONNX or a lowered file.
     ///
     /// # Errors
     /// [`RuntimeError::HashMismatch`] for the networks; [`RuntimeError::NotOnnx`],
@@ -133,7 +133,7 @@ impl Model {
         })
     }
 
-    /// A body without networks: its avatars are plainly skinned.
+    /// A body without networks: its avatars use plain skinning.
     pub fn body_only(body: Arc<BodyModel>) -> Self {
         Self {
             topology: Topology::new(&body, &[]),
@@ -149,12 +149,12 @@ impl Model {
         &self.body
     }
 
-    /// The bundle, where there are networks.
+    /// The bundle, if there are networks.
     pub fn bundle(&self) -> Option<&Bundle> {
         self.soft.as_ref().map(|soft| &soft.networks.bundle)
     }
 
-    /// Indices of the vertices that the networks move, ascending; without networks there are none.
+    /// Indices of the vertices that the networks move, ascending; empty without networks.
     pub fn soft_vertices(&self) -> &[u32] {
         self.bundle().map_or(&[], |bundle| &bundle.vertices)
     }

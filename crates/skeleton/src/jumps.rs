@@ -1,8 +1,8 @@
-//! What bodies do not do from one pose to the next, and steps of time that are not motion.
+//! Limits beyond which a change between two poses is a cut, or a time step a stall.
 //!
-//! Whoever watches poses judges by these: the clock of the tissue and the conditioner before it.
+//! The clock of the tissue and the conditioner before it share them.
 
-/// Longest time step that is caught up with, in seconds: 15 ticks. A longer one is a stall (hidden
+/// Longest time step whose ticks are run, in seconds: 15 ticks. A longer one is a stall (hidden
 /// tab, debugger), after which the tissue starts settled.
 pub const MAX_STEP_SECONDS: f64 = 0.25;
 

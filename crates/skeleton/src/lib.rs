@@ -1,5 +1,5 @@
 //! The skeleton of dynaskin: SMPL's joints, poses, forward kinematics, and the causal kinematics
-//! that the simulator and the networks' features share.
+//! shared by the simulator and the networks' features.
 //!
 //! Conventions: metres, radians, seconds; right-handed, +Y up, facing +Z, the body's left at +X.
 //! A joint's rest frame is aligned with the model's axes.

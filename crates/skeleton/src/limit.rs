@@ -5,9 +5,9 @@ use glam::{DVec3, Vec3};
 /// A smooth limit of a vector's length that keeps its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftLimit {
-    /// Up to this length a vector is left alone.
+    /// Vectors up to this length do not change.
     pub knee: f64,
-    /// No length is above this.
+    /// Upper limit of the length.
     pub limit: f64,
 }
 

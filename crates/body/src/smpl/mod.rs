@@ -1,6 +1,6 @@
 //! SMPL-family bodies from `.npz` files.
 //!
-//! Users bring their own licensed file; nothing of it is part of this project. Keys and shapes are
+//! Users bring their own licensed file; this project contains nothing of it. Keys and shapes are
 //! those of the published files of SMPL (J is 24), SMPL-H (52) and SMPL-X (55): `v_template` [V,3],
 //! `shapedirs` [V,3,S], `posedirs` [V,3,9(J-1)] (optional), `J_regressor` [J,V] or the fields of a
 //! sparse matrix, `weights` [V,J], `kintree_table` [2,J], `f` [F,3]. Floats and integers have 32 or 64
@@ -28,7 +28,7 @@ const MAX_SHAPES: usize = 1_000;
 /// Larger than any array of the family: `posedirs` of SMPL-X in double precision is 122 MB.
 const MAX_ARRAY_BYTES: u64 = 256 << 20;
 
-/// What a file of the family held.
+/// Contents of a file of the family.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SmplFile {
     /// Which body it is.
@@ -47,21 +47,21 @@ impl BodyModel {
     /// Reads a body of the SMPL family with SMPL's 24 joints.
     ///
     /// Only the first ten shape coefficients are kept (fewer are filled up with zeros), and the
-    /// four largest weights of each vertex, renormalised. What fingers of SMPL-H and SMPL-X move
-    /// belongs to the hand, what jaw and eyes move to the head, and their pose correctives are left
+    /// four largest weights of each vertex, renormalised. The skin of the fingers of SMPL-H and SMPL-X
+    /// moves with the hand, that of jaw and eyes with the head, and their pose correctives are left
     /// out. The body is moved so that, as for the default bodies, the origin lies on the floor under
     /// the pelvis. Under every shape the vertex that is lowest at β = 0 stays at y = 0, which moves
     /// SMPL's `trans` by a constant per shape. The model has neither thickness, regions nor colours.
     ///
     /// # Errors
-    /// [`BodyError::Npz`] where the bytes are no such archive or an array is missing, of another
-    /// type or shape, or holds numbers that are no body, such as millimetres; [`BodyError::Pickle`]
-    /// for the files that SMPL is published as.
+    /// [`BodyError::Npz`] if the bytes are not such an archive or an array is missing, of another
+    /// type or shape, or its numbers are no body's, for example millimetres; [`BodyError::Pickle`]
+    /// for pickles, the format in which SMPL is published.
     pub fn from_smpl_npz(bytes: &[u8]) -> Result<Self, BodyError> {
         Ok(Self::read_smpl_npz(bytes)?.0)
     }
 
-    /// As [`Self::from_smpl_npz`], and says what the file held.
+    /// As [`Self::from_smpl_npz`], and describes the file.
     ///
     /// # Errors
     /// As [`Self::from_smpl_npz`].

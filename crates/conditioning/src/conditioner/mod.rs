@@ -30,7 +30,7 @@ const LOG: usize = 9;
 /// Most poses of the source between the playhead and now, with some behind it.
 const KNOTS: usize = 15;
 
-/// What the tissue's clock is to be given.
+/// The input of the tissue's clock.
 #[derive(Clone, Debug)]
 pub struct Conditioned {
     /// The pose at the playhead.
@@ -120,7 +120,7 @@ impl Conditioner {
         self.goes_on = true;
     }
 
-    /// Another length is one metre now: `ratio` is the old one over the new one.
+    /// Converts lengths after a change of unit: `ratio` is the old metre over the new one.
     pub fn rescale(&mut self, ratio: f64) {
         let steps = self.step.iter_mut().chain(self.step_before.iter_mut());
         for (step, _) in steps {
@@ -177,14 +177,14 @@ impl Conditioner {
         self.source
     }
 
-    /// Says where poses come from; the next pose counts as the first.
+    /// Sets where poses come from; the next pose counts as the first.
     pub fn set_source(&mut self, source: PoseSource) {
         self.source = source;
         self.reset();
     }
 
-    /// Takes the host's pose, `dt_seconds` after the one before. Any numbers are taken; a pose that
-    /// is not finite gives nothing of use.
+    /// Takes the host's pose, `dt_seconds` after the previous one. Accepts any numbers; the result for a
+    /// pose that is not finite is meaningless.
     pub fn push(&mut self, pose: &Pose, dt_seconds: f64) -> Conditioned {
         let straight = |cut| Conditioned {
             pose: pose.clone(),
@@ -234,8 +234,8 @@ impl Conditioner {
         self.play(pose, dt_seconds)
     }
 
-    /// The pose at `position`, 0 to 1, of the playhead's last move; none where the host's pose was
-    /// passed on as it was.
+    /// The pose at `position`, 0 to 1, of the playhead's last move; none if the host's pose passed through
+    /// unchanged.
     pub fn pose_at(&self, position: f64) -> Option<Pose> {
         let moved = self.playhead - self.playhead_before;
         (self.engaged && moved > 0.0)
@@ -243,7 +243,7 @@ impl Conditioner {
             .flatten()
     }
 
-    /// What was found out about the source.
+    /// What was detected about the source.
     pub fn diagnosis(&self) -> Diagnosis {
         let noise_degrees = self.noise.degrees();
         // Frames of the display alone spread arrivals by a twelfth of their square.

@@ -1,4 +1,4 @@
-//! Motions made by formula: test motions that need no capture.
+//! Procedural motions, which need no capture.
 //!
 //! Each starts and ends standing still, keeps planted soles where they are, and joins its phases
 //! with equal position, speed and acceleration. A flight is a parabola under gravity.

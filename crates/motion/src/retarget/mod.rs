@@ -1,4 +1,4 @@
-//! Motion of a file's skeleton carried over to the body's.
+//! Retargets the motion of a file's skeleton to the body's.
 //!
 //! Rest poses differ: the sources stand in a T-pose, often with spread legs, the body in an A-pose.
 //! Per joint a constant alignment takes the body's rest bone to the source's; then the source's
@@ -32,7 +32,7 @@ use sides::Facing;
 use skeleton::{Source, leg_length};
 pub use source::{SourceMotion, World};
 
-/// Carries the motion of a file's skeleton over to a skeleton with these rest joint positions (metres).
+/// Retargets the motion of a file's skeleton to a skeleton with these rest joint positions (metres).
 ///
 /// The clip keeps the file's frame rate ([`Clip::resampled`] changes it) and has an empty name. The
 /// pelvis starts at x = z = 0; standing soles are on y = 0 (single frames may lie lower).
@@ -40,8 +40,8 @@ pub use source::{SourceMotion, World};
 ///
 /// # Errors
 /// [`MotionError::MissingJoints`] where the names do not show a person,
-/// [`MotionError::Degenerate`] where bones have no length, [`MotionError::TooFar`] where the body
-/// leaves for another country, [`MotionError::TooMuch`].
+/// [`MotionError::Degenerate`] where bones have no length, [`MotionError::TooFar`] where the root is
+/// more than 10 km from the origin, [`MotionError::TooMuch`] for more than 10 million rotations.
 pub fn retarget(
     motion: &dyn SourceMotion,
     target_joints_m: &[Vec3; JOINT_COUNT],
@@ -49,7 +49,7 @@ pub fn retarget(
     retarget_watched(motion, target_joints_m, &mut |_| {})
 }
 
-/// As [`retarget`]; `progress` is told the fraction that is done.
+/// As [`retarget`]; `progress` receives the fraction that is done, 0 to 1.
 ///
 /// # Errors
 /// As [`retarget`].

@@ -23,12 +23,12 @@ struct Saved {
 }
 
 impl Avatar {
-    /// All that the avatar remembers: shape, scale, controls, clock and tissue. The same poses and
-    /// time steps after [`Self::restore`] give the same numbers, bit by bit.
-    /// The level of detail, visibility and the source of poses are the host's and not in it. Poses that are
-    /// on their way to the tissue are not in it either: where they repeat, or come from a tracker or a
-    /// network, the first pose after [`Self::restore`] is taken as one in which the body has stood for
-    /// long.
+    /// The avatar's state: shape, scale, controls, clock and tissue. The same poses and
+    /// time steps after [`Self::restore`] give the same numbers, bit for bit.
+    /// It does not include level of detail, visibility and pose source, which belong to the host, nor poses that
+    /// have not reached the tissue: if poses repeat, or come from a tracker or a
+    /// network, the first pose after [`Self::restore`] is treated as if the body had stood in it for a long
+    /// time.
     pub fn save(&self) -> Vec<u8> {
         let saved = Saved {
             shape: self.shaped.shape,
@@ -39,14 +39,14 @@ impl Avatar {
         state::to_bytes(&self.model.fingerprint(), &saved)
     }
 
-    /// Goes on from where [`Self::save`] was called, on this avatar or another of the same model.
-    /// The skin matrices are those of the last step that took time, or of the rest pose where there was none
+    /// Continues from where [`Self::save`] was called, on this avatar or another of the same model.
+    /// The skin matrices are those of the last step that took time, or of the rest pose if there was none
     /// since the avatar was made or reset.
     ///
     /// # Errors
-    /// [`RuntimeError::InvalidState`] for bytes that were changed, cut, or saved by another version
+    /// [`RuntimeError::InvalidState`] for bytes that were changed, truncated, or saved by another version
     /// or with another model; [`RuntimeError::InvalidPose`], [`RuntimeError::InvalidShape`],
-    /// [`RuntimeError::InvalidControl`] for what cannot be used in them. The avatar stays as it was.
+    /// [`RuntimeError::InvalidControl`] for unusable values in them. The avatar stays unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RuntimeError> {
         let saved: Saved = state::from_bytes(&self.model.fingerprint(), bytes)?;
         let Saved {

@@ -14,13 +14,13 @@ const MIN_STRAIN: f32 = 0.05;
 const MAX_STRAIN: f32 = 4.0;
 
 impl Avatar {
-    /// Changes all controls; what is shown follows at once. The networks run on at a strength of 0,
-    /// so the tissue moves as if it always had when the strength comes back.
+    /// Changes all controls; the surface follows at once. The networks also run at a strength of 0,
+    /// so the motion of the tissue is correct at once when the strength is raised again.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidControl`]; the first time that stiffness or damping is changed on a
-    /// model, [`RuntimeError::Inference`], [`RuntimeError::NonFinite`] from measuring how its
-    /// regions swing. The avatar keeps its controls.
+    /// model, [`RuntimeError::Inference`], [`RuntimeError::NonFinite`] from measuring the natural
+    /// frequencies of its regions. The avatar keeps its controls.
     pub fn set_controls(&mut self, controls: &Controls) -> Result<(), RuntimeError> {
         controls.check()?;
         if let (Some(own), Some(soft)) = (&mut self.soft, self.model.soft()) {
@@ -41,7 +41,7 @@ impl Avatar {
         &self.controls
     }
 
-    /// Changes [`Controls::strength`] alone.
+    /// Changes only [`Controls::strength`].
     ///
     /// # Errors
     /// As [`Self::set_controls`].
@@ -52,7 +52,7 @@ impl Avatar {
         })
     }
 
-    /// Changes the gain of one region alone.
+    /// Changes only the gain of one region.
     ///
     /// # Errors
     /// As [`Self::set_controls`].
@@ -62,10 +62,10 @@ impl Avatar {
         self.set_controls(&controls)
     }
 
-    /// Limits how far neighbouring vertices of soft skin move against each other, as a share of what lies
-    /// between them; None, as at the start, for no limit. Below 1 no skin turns inside out along its
-    /// edges, whatever controls and shape ask for, and what is within the limit stays exactly as it is. What
-    /// is shown follows at once; no part of a saved state.
+    /// Limits how far neighbouring vertices of soft skin move relative to each other, as a share of their
+    /// distance; None, the default, for no limit. Below 1 no skin turns inside out along its
+    /// edges for any controls and shape, and skin within the limit does not change. The surface
+    /// follows at once; not part of a saved state.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidControl`] outside 0.05..=4.
@@ -83,17 +83,17 @@ impl Avatar {
         self.max_strain
     }
 
-    /// Whether poses correct the skin as the body model says (SMPL's pose blend shapes); always false on a
-    /// body without pose correctives.
+    /// Whether pose correctives (SMPL's pose blend shapes) are added; always false on a body without pose
+    /// correctives.
     pub fn pose_correctives(&self) -> bool {
         self.posed.as_ref().is_some_and(PosedRest::is_on)
     }
 
-    /// Switches that; it is on at the start where the body has pose correctives, and nothing changes where
-    /// it has none. What is shown follows at once; no part of a saved state.
+    /// Switches pose correctives on or off; on by default if the body has them, without effect if it has
+    /// none. The surface follows at once; not part of a saved state.
     ///
     /// They are added to the rest positions with every step, before skinning, so [`Self::positions_rest_m`]
-    /// and [`Self::normals_rest`] hold them, and [`Self::offsets_rest_m`] do not.
+    /// and [`Self::normals_rest`] include them, and [`Self::offsets_rest_m`] does not.
     pub fn set_pose_correctives(&mut self, on: bool) {
         if let Some(posed) = &mut self.posed
             && posed.is_on() != on
@@ -103,9 +103,9 @@ impl Avatar {
         }
     }
 
-    /// Makes the avatar `scale` times as large as its body; the world's metre stays. All
-    /// inputs of the networks are in lengths of the body, so a doll and a giant whose poses are to scale move
-    /// alike. The motion goes on; skin matrices follow with the next step.
+    /// Makes the avatar `scale` times as large as its body, in metres of the world per metre of the body. All
+    /// inputs of the networks are in lengths of the body, so a doll and a giant with poses to scale move
+    /// alike. The motion continues; skin matrices follow with the next step.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidControl`] outside [`MIN_SCALE`]..=[`MAX_SCALE`].
@@ -118,13 +118,13 @@ impl Avatar {
         Ok(())
     }
 
-    /// Metres of the world in a metre of the body.
+    /// Metres of the world per metre of the body.
     pub fn scale(&self) -> f64 {
         self.timeline.scale()
     }
 
     /// Switches the tissue off, which saves its cost, or on, after which it starts settled.
-    /// [`Self::set_strength`] compares with and without tissue in mid-motion.
+    /// Use [`Self::set_strength`] to compare with and without tissue in mid-motion.
     pub fn set_enabled(&mut self, enabled: bool) {
         if self.timeline.enabled() && !enabled {
             self.take_change(Some(Change::Clears));
@@ -137,25 +137,25 @@ impl Avatar {
         self.timeline.enabled()
     }
 
-    /// How much work the tissue is worth.
+    /// Level of detail of the tissue.
     pub fn detail(&self) -> Detail {
         self.timeline.visibility.detail
     }
 
-    /// Changes that. A [`crate::Crowd`] with a level of detail does it by itself.
+    /// Changes the level of detail. A [`crate::Crowd`] with a [`crate::LevelOfDetail`] does so itself.
     pub fn set_detail(&mut self, detail: Detail) {
         let change = self.timeline.change_visibility(|seen| seen.detail = detail);
         self.take_change(change);
     }
 
-    /// Whether anybody sees the avatar.
+    /// Whether the avatar is visible.
     pub fn visible(&self) -> bool {
         self.timeline.visibility.visible
     }
 
-    /// Says whether anybody sees the avatar. Out of sight its tissue costs nothing and its surface
-    /// stays as it is; steps go on moving the skeleton, but may also be left out. The first step
-    /// back in sight shows, at once, tissue that has settled in that step's pose.
+    /// Sets whether the avatar is visible. While it is not, its tissue costs nothing and its surface
+    /// does not change; steps still move the skeleton, but may be left out. The first step
+    /// after it is visible again shows tissue that is settled in that step's pose.
     pub fn set_visible(&mut self, visible: bool) {
         let change = self
             .timeline
@@ -163,12 +163,12 @@ impl Avatar {
         self.take_change(change);
     }
 
-    /// Metres from the camera as the host last said, by which a [`crate::Crowd`] chooses the detail.
+    /// Distance from the camera in metres as last set; a [`crate::Crowd`] chooses the detail by it.
     pub fn distance_m(&self) -> f64 {
         self.timeline.visibility.distance_m
     }
 
-    /// Says how far the avatar is from the camera, in metres.
+    /// Sets the distance from the camera, in metres.
     ///
     /// # Errors
     /// [`RuntimeError::InvalidDistance`] for a negative number or NaN.
@@ -200,8 +200,8 @@ impl Avatar {
         }
     }
 
-    /// Says where poses come from, which decides how they are put on an even clock and whether noise is
-    /// taken off. The next pose counts as the first. The source is the host's: no saved state holds it.
+    /// Sets where poses come from, which decides how they are resampled to an even clock and whether noise is
+    /// removed. The next pose counts as the first. Not part of a saved state.
     pub fn set_pose_source(&mut self, source: PoseSource) {
         self.timeline.set_source(source);
     }
@@ -211,7 +211,7 @@ impl Avatar {
         self.timeline.source()
     }
 
-    /// What was found out about the source of poses, and how late the tissue is for it.
+    /// What was detected about the pose source, and the latency of the tissue.
     pub fn source_diagnosis(&self) -> Diagnosis {
         self.timeline.diagnosis()
     }

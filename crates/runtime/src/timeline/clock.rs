@@ -27,7 +27,7 @@ const SHORT_STEP_SECONDS: f64 = 0.02;
 /// Slack in ticks, against rounding in hosts that step by exactly one tick.
 const TICK_SLACK: f64 = 1e-6;
 
-/// Why an avatar's tissue was settled anew instead of being stepped.
+/// Why a step settled an avatar's tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Settled {
     /// The first pose, or the first after a reset.
@@ -36,7 +36,7 @@ pub enum Settled {
     Stall,
     /// The body jumped: see [`CUT_VELOCITY_CHANGE_M_S`], [`CUT_ANGULAR_VELOCITY_CHANGE_RAD_S`].
     Cut,
-    /// The avatar was asleep or out of sight.
+    /// The avatar was asleep or not visible.
     Woken,
 }
 

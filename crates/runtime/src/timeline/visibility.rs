@@ -1,16 +1,16 @@
 //! Whether and how finely an avatar is seen, and how often its surface is shown.
 
-/// How much work an avatar's tissue is worth.
+/// Level of detail of an avatar's tissue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// None: the tissue comes to rest over [`crate::FADE_SECONDS`] and then costs nothing. Waking,
-    /// it starts settled in the pose of that moment, and fades in over as long.
+    /// No tissue: it fades out over [`crate::FADE_SECONDS`] and then costs nothing. When it wakes,
+    /// it starts settled in the current pose, and fades in over the same time.
     Asleep,
-    /// The surface follows every second tick, at 30 Hz, and is held in between. The predictor ticks
-    /// on at 60 Hz, because that is the rate it learned at: its memory is the same as at full
-    /// detail, and what is shown is what full detail showed one tick before, or shows now.
+    /// The surface is updated every second tick, at 30 Hz, and held in between. The predictor still
+    /// ticks at 60 Hz, the rate it is trained at: its state is the same as at full
+    /// detail, and the surface is that of full detail now or one tick earlier.
     Half,
-    /// All of it, at every step.
+    /// The surface is updated at every step.
     #[default]
     Full,
 }

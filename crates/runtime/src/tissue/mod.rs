@@ -19,8 +19,8 @@ pub(crate) use mode::{Fit, Mode};
 pub(crate) use response::Filters;
 use response::Response;
 
-/// After a cut or a stall, what was shown before gives way to the settled tissue over this time, in
-/// seconds: a tissue's own swing takes about as long, so nothing pops.
+/// Time in seconds over which the previous offsets fade into the settled tissue after a cut or a stall:
+/// the period of a tissue's own swing, so nothing pops.
 pub const FADE_SECONDS: f64 = 0.2;
 
 /// The tissue of one shape, come to rest in the rest pose.
