@@ -1,8 +1,8 @@
-//! Avatars whose soft tissue is known, to test binding with: made from one of the default bodies, whose
-//! sources are CC0, as other people's exporters write them.
+//! Avatars with known soft tissue, to test binding: made from one of the default bodies, whose
+//! sources are CC0, in the forms in which other people's exporters write avatars.
 //!
-//! Every vertex of such an avatar is a known place of the body, so what the body's offsets do to it is
-//! known, too. Adults, in a suit or in sportswear.
+//! Every vertex of such an avatar is a known point on the body, so its offset is known, too. Adults, in a
+//! suit or in sportswear.
 
 mod mesh;
 mod recipe;

@@ -1,7 +1,7 @@
 //! The methods that dynaskin is compared with, trained on its data by its training loop.
 //!
-//! They are guests: nothing of ours depends on them. Each gives [`Networks`](dynaskin_train::Networks),
-//! which become a bundle as ours do.
+//! Nothing of ours depends on them. Each returns [`Networks`](dynaskin_train::Networks),
+//! which become a bundle like ours.
 
 mod casas_otaduy;
 mod dmpl;

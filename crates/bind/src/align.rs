@@ -1,4 +1,4 @@
-//! How the body's bones turn into the pose in which an avatar was bound.
+//! Rotations that bring the body's bones into the pose in which an avatar was bound.
 //!
 //! World rotations by joint: pelvis, trunk and head by the yaw from hip to hip, limbs by the smallest
 //! swing onto the avatar's bones, down the chain. No bone's axes are needed, and T-pose and A-pose are alike.

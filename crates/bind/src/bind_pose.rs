@@ -1,8 +1,8 @@
 //! The pose in which an avatar's skin was bound.
 //!
-//! Inverse bind matrices say where joints stood in the space of the mesh; nodes say where they stand as
-//! the file is loaded. The pelvis stands at one place in both, which leads from the one to the other. In
-//! that pose a mesh is as its author made it, whatever quantisation or armature's scale its matrices hold.
+//! Inverse bind matrices give the joints in the space of the mesh; nodes give them in the world of the
+//! loaded file. The pelvis is the same in both, which gives the map from one to the other. In
+//! that pose a mesh is as its author made it, whatever quantisation or armature scale its matrices contain.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 

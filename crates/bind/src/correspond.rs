@@ -1,4 +1,4 @@
-//! Which place of the body moves each vertex of an avatar's skin, and how much.
+//! Which point of the body moves each vertex of an avatar's skin, and how much.
 
 use dynaskin_body::{BodyModel, vertex_normals};
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! Bones that move by themselves what tissue moves.
+//! Bones that already move the skin that the tissue moves, such as spring bones.
 
 /// Words in names of bones that authors give tissue of their own.
 const TISSUE_WORDS: [&str; 12] = [

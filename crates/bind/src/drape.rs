@@ -1,8 +1,8 @@
-//! The fitted body's surface drawn smoothly to the skin that is left over it.
+//! Moves the fitted body's surface smoothly to the skin that still lies above it.
 //!
-//! Ten coefficients, limbs and joints leave out what one person has and loose clothes. A height along the
-//! body's normals, smooth over its surface, takes this up, so that the places of neighbouring vertices
-//! stay neighbours. What is far away still moves less: distances for that are measured from the body
+//! Ten coefficients, limbs and joints cannot represent individual features and loose clothes. A height along
+//! the body's normals, smooth over its surface, accounts for them, so that neighbouring vertices
+//! follow neighbouring points. Distant vertices still move less: their distance is measured from the body
 //! without its drape.
 
 use dynaskin_body::{BodyModel, vertex_normals};

@@ -1,7 +1,7 @@
-//! Places that are not sure, filled in from their neighbours.
+//! Fills in uncertain correspondences from their neighbours.
 //!
-//! As Abdrashitov, Raichstat, Monsen and Hill do with skin weights ("Robust skin weights transfer via
-//! weight inpainting", 2023), but with the way from a vertex to its place on the body and with a
+//! As Abdrashitov, Raichstat, Monsen and Hill do with skinning weights ("Robust skin weights transfer via
+//! weight inpainting", 2023), but with the vector from a vertex to its point on the body and with a
 //! Laplacian: one factorisation of a sparse matrix, and four right-hand sides.
 
 use faer::linalg::solvers::Solve as _;

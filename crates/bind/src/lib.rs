@@ -1,8 +1,8 @@
-//! Binds a body's soft tissue to the skin of somebody else's avatar: no painting, no list of bones.
+//! Binds a body's soft tissue to the skin of somebody else's avatar, without painting or a list of bones.
 //!
-//! An [`Avatar`] (from a GLB or VRM file, or from an engine's arrays) and a body give a [`Binding`]: the
-//! bones that turn the body's joints, the body's shape under the avatar's skin, and a row for each vertex
-//! that moves. `docs/own-avatar.md` of the repository tells how.
+//! From an [`Avatar`] (a GLB or VRM file, or an engine's arrays) and a body it makes a [`Binding`]: the
+//! bones that drive the body's joints, the body's shape under the avatar's skin, and a row for each vertex
+//! that moves. See `docs/own-avatar.md` in the repository.
 
 mod align;
 mod avatar;

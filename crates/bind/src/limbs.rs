@@ -1,7 +1,7 @@
 //! Limbs stretched to an avatar's joints, and each joint's skin shifted to the avatar's.
 //!
-//! Linear shapes know one length of a thigh at a stature; people and rigs know many. Hips and shoulders
-//! stay where the body has them: rigs place them by conventions that differ by centimetres.
+//! Linear shapes have one thigh length per stature; people and rigs have many. Hips and shoulders
+//! stay where the body has them, because the conventions of rigs for them differ by centimetres.
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, ShapedBody};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};

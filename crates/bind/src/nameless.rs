@@ -1,4 +1,4 @@
-//! A person in a skeleton whose names tell nothing, by its tree and its places: the lowest leaves are the
+//! Finds a person in a skeleton with meaningless names, by hierarchy and positions: the lowest leaves are the
 //! feet, the joint above both the hips, the sideways extremes the hands.
 
 use std::collections::BTreeMap;

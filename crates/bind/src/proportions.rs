@@ -1,4 +1,4 @@
-//! Adults only: what the proportions of an avatar say.
+//! Adults only: checks the proportions of an avatar.
 //!
 //! Crown to shoulder over stature falls with age: 0.229 at 10 years, 0.22 at 12 to 14, 0.217 at 16, 0.213
 //! at 18, 0.203 to 0.206 at 25 (bodies of the MakeHuman community). Realistic adults have 0.175 to 0.209,

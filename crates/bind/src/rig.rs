@@ -1,4 +1,4 @@
-//! Which bones of an avatar turn the body's joints.
+//! Which bones of an avatar drive the body's joints.
 
 use dynaskin_binding::{Bone, Rig, SkinJoint, Turned, rotation_of};
 use dynaskin_motion::Drive;

@@ -1,4 +1,4 @@
-//! Points all over an avatar's skin, and the places of the body that they lie closest to.
+//! Sample points on an avatar's skin, and their closest points on the body.
 
 use dynaskin_body::{BodyModel, vertex_normals};
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! Closest points on a surface, by parry's tree of boxes.
+//! Closest points on a surface, by parry's bounding volume hierarchy.
 
 use glam::Vec3;
 use parry3d::bounding_volume::Aabb;

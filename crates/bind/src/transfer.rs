@@ -1,4 +1,4 @@
-//! What one body knows of its tissue, taken over by the surface of another body of the same joints.
+//! Transfers soft regions and tissue thickness from one body to another with the same joints, by surface.
 
 use dynaskin_binding::{Proportions, RegionOff};
 use dynaskin_body::{BodyModel, LEAST_THICKNESS_M, REGION_COUNT, SHAPE_COUNT};

@@ -1,9 +1,8 @@
-//! What people call a body's shape by: stature, weight, chest, muscle and age, each linear in the
-//! shape coefficients.
+//! Stature, weight, chest, muscle and age as linear functions of the shape coefficients.
 //!
 //! As in Allen, Curless, Popović (2003), "The space of human body shapes": attributes of the bodies
-//! behind the shape space are regressed on its coefficients. The way to change one of them is along
-//! the bodies that have it on average, corrected so that certain others stay.
+//! behind the shape space are regressed on its coefficients. The direction that changes one of them follows
+//! the average bodies with that value, corrected so that certain others do not change.
 
 use glam::Vec3;
 use nalgebra::{DMatrix, DVector};

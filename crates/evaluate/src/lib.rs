@@ -1,7 +1,7 @@
-//! What trained networks are worth: bundles written with their model card, measured on clips that they
-//! have not learned from, and compared with each other.
+//! Evaluation of trained networks: writes bundles with their model card, measures them on clips that they
+//! were not trained on, and compares them with each other.
 //!
-//! Everything here plays the exported files through the runtime and knows no method but by name.
+//! Everything here plays the exported files through the runtime and knows methods only by name.
 
 mod bundle;
 mod card;

@@ -1,4 +1,4 @@
-//! What a linear decoder can give.
+//! The best that a linear decoder can represent.
 
 use nalgebra::{DMatrix, DMatrixView};
 

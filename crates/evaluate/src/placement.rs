@@ -1,8 +1,8 @@
-//! Does a model still work after walking away or turning? Held-out clips, played somewhere else.
+//! Plays held-out clips elsewhere, to test whether a model still works after walking away or turning.
 //!
-//! Soft tissue does not care where on the floor it moves or which way it faces: offsets in the rest pose
-//! stay as they are. A network that is told the root's translation and rotation has to learn that;
-//! DSNet's input (`pose-shape`) and Casas & Otaduy's (`pose-window`) tell both.
+//! Soft tissue does not depend on the position or heading of the body: offsets in the rest pose
+//! do not change. A network with the root's translation and rotation as input has to learn this;
+//! DSNet's input (`pose-shape`) and Casas & Otaduy's (`pose-window`) contain both.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,4 +1,4 @@
-//! Captures of several people: which sequences there are, whose they are, and which of them tells a person's
+//! Captures of several people: lists the sequences, whose they are, and which of them determines a person's
 //! shape.
 
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! How much each vertex may say about the pose: the papers' rigidity weights.
+//! Weight of each vertex in the fit of the pose: the papers' rigidity weights.
 
 use dynaskin_body::BodyModel;
 use glam::Vec3;

@@ -1,8 +1,8 @@
-//! What fuzzers try on every reader of files that strangers make.
+//! Seeds, mutations and checks for fuzzing every reader of untrusted files.
 //!
 //! A [`Target`] is one reader with three things: seeds made by code, a mutation that keeps the file's
-//! structure (lengths, checksums and syntax are made right again, so that what is tried lies behind them),
-//! and a check that panics where an accepted file breaks a promise. The fuzzers in `fuzz/`, outside the
+//! structure (it corrects lengths, checksums and syntax, so that the code behind these checks is tested),
+//! and a check that panics if an accepted file breaks a guarantee. The fuzzers in `fuzz/`, outside the
 //! workspace because they are compiled with coverage counters, find inputs; those worth keeping are packed
 //! into `corpus/` and run as a test of this crate.
 

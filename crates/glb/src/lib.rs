@@ -1,8 +1,8 @@
-//! Binary glTF 2.0 files of strangers: the container, the document, and accessors whose every index
+//! Untrusted binary glTF 2.0 files: the container, the document, and accessors whose every index
 //! and length is checked before a byte is read.
 //!
 //! The `gltf` crate parses the container and the JSON; its own accessor readers trust offsets and
-//! strides, which wrap around or panic in files made to hurt.
+//! strides, which wrap around or panic in malicious files.
 
 mod counts;
 mod humanoid;

@@ -1,8 +1,8 @@
 //! Arrays of numbers in HDF5 files.
 //!
-//! [`Hdf5`] opens a file and lists its data sets; [`Array`] is one of them, read in pieces, so that no more
-//! than a piece is held. Files are read with positioned reads, not mapped into memory: a file that becomes
-//! shorter while it is read is an error. What a damaged file may ask for is bounded.
+//! [`Hdf5`] opens a file and lists its data sets; [`Array`] is one of them, read in pieces, so memory holds only
+//! one piece. Files are read with positioned reads, not mapped into memory: a file that becomes
+//! shorter while it is read is an error. The work that a damaged file can demand is bounded.
 
 mod array;
 mod error;

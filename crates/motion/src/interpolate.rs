@@ -1,8 +1,8 @@
-//! What lies between the frames of a clip.
+//! Interpolation between the frames of a clip.
 //!
-//! Frames are samples of a smooth motion. Straight lines between them have corners, and accelerations
-//! move tissue: so a curve of the fifth degree leads from frame to frame, whose speed and
-//! acceleration at each frame come from two frames before it and two after it. They are the same
+//! Frames are samples of a smooth motion. Linear interpolation has corners, and accelerations
+//! move tissue. So a curve of the fifth degree connects the frames; its speed and
+//! acceleration at each frame come from the two frames before and after it. They are the same
 //! from both sides: the motion has no corners and no jumps of the acceleration.
 
 use std::ops::{Add, Mul, Sub};

@@ -1,8 +1,8 @@
-//! NumPy archives (`.npz`): bodies, motions and scans come in them, fits go out in them.
+//! NumPy archives (`.npz`), the format of bodies, motions, scans and fits.
 //!
-//! [`Archive`] reads arrays of numbers from files that are not trusted: types, shapes and sizes are
-//! checked before anything is unpacked, and only what is asked for is kept. [`Writer`] writes under a
-//! temporary name and renames, so that a kill or a full disk leaves no half file.
+//! [`Archive`] reads arrays of numbers from untrusted files: types, shapes and sizes are
+//! checked before anything is unpacked, and only the requested parts are kept. [`Writer`] writes under a
+//! temporary name and renames, so a kill or a full disk leaves no partial file.
 
 mod archive;
 mod array;

@@ -1,7 +1,7 @@
-//! Sources of poses as pages are given them: held over frames of the display, late, jittered, noisy.
+//! Simulated pose sources as pages receive them: held over frames of the display, late, jittered, noisy.
 //!
 //! A [`Truth`] is a motion whose pose is known at every instant. A [`Source`] plays it as a tracker, a network,
-//! a file or a page's own animation would. Benches measure with these, and training learns from them.
+//! a file or a page's own animation would. Benches and training use them.
 
 mod source;
 mod truth;

@@ -1,4 +1,4 @@
-//! Cloth spans what lies under it: clothes that are only painted on would show every hollow and every
+//! Lets painted clothes span hollows as cloth does; otherwise they would show every hollow and every
 //! small rise of the skin.
 //!
 //! The painted surface is smoothed in the rest pose (Taubin 1995: towards the neighbours' mean, and back

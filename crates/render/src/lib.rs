@@ -2,14 +2,14 @@
 //! positions and normals, which are then drawn and can be read back; on WebGL2 the vertex stage
 //! skins. Both run one WGSL function over the same inputs.
 //!
-//! The caller brings, per body, constant data once ([`BodyMesh`]), and per frame the rest-pose
+//! The caller passes constant data once per body ([`BodyMesh`]), and per frame the rest-pose
 //! surface with its soft-tissue offsets ([`Renderer::set_surface`]) and one matrix per joint
 //! ([`Renderer::set_skin_matrices`]). Frames write into existing buffers and allocate none.
 //!
 //! Light is computed linearly, tone-mapped in the fragment stage and encoded to sRGB there, the
 //! same on every backend. A shadow map holds the key light's view; its vertices are the ones drawn.
 //!
-//! Knows no network, no clock, no JavaScript.
+//! It does not depend on networks, clocks or JavaScript.
 
 mod body;
 mod camera;

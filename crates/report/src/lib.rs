@@ -1,5 +1,5 @@
-//! HTML reports of measurements: headings, paragraphs, tables, line plots and pictures in one file
-//! that needs nothing else.
+//! HTML reports of measurements: headings, paragraphs, tables, line plots and pictures in one
+//! self-contained file.
 
 mod picture;
 mod plot;

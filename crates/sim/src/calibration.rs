@@ -1,4 +1,4 @@
-//! The simulator beside measured bodies: how each region rings after a push, and how far it moves
+//! Compares the simulator with measured bodies: how each region rings after a push, and how far it moves
 //! in running, walking and hopping.
 
 mod amplitude;

@@ -1,10 +1,10 @@
-//! How far tissue gives way when gravity is turned: what a body's shape means for its swing.
+//! Compliance: how far tissue moves when gravity turns, which relates a body's shape to its swing.
 //!
-//! The thickness of tissue alone misleads: a breast on a lean body reaches as deep as one on a heavy body
-//! and swings half as far, because what carries it is shorter. The static answer of the simulated tissue
-//! knows all that. Where it moves by u under an acceleration a, it is driven like a spring of angular
-//! frequency `sqrt(a / u)`. No motion is played, so a table over many shapes costs
-//! little beside a data set, and a network can be told what a shape does that no clip was made with.
+//! The thickness of tissue is not enough: a breast on a lean body can be as deep as one on a heavy body
+//! and swing half as far, because the tissue that carries it is shorter. The static displacement of the
+//! simulated tissue includes all that. Tissue that moves by u under an acceleration a responds like a spring
+//! of angular frequency `sqrt(a / u)`. No motion is simulated, so a table over many shapes costs
+//! little compared with a data set, and networks can be conditioned on shapes that no clip has.
 
 mod table;
 

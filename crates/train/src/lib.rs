@@ -1,9 +1,9 @@
 //! Training of dynaskin's models: from a folder of clips to ONNX files.
 //!
-//! The offsets' principal components give the decoder; damped springs and an LSTM learn to predict
-//! their coefficients from the runtime's own features. `dynaskin-baselines` trains the methods that
-//! ours is compared with on the same data by the same loop ([`EpochRun`]); `dynaskin-evaluate` plays
-//! held-out clips through what either made.
+//! The offsets' principal components are the decoder; damped springs and an LSTM learn to predict
+//! their coefficients from the runtime's own features. `dynaskin-baselines` trains the compared methods
+//! on the same data with the same loop ([`EpochRun`]); `dynaskin-evaluate` plays held-out clips with
+//! both.
 
 mod checkpoint;
 mod compute;

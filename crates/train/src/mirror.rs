@@ -1,4 +1,4 @@
-//! The mirror image of offsets: every recording also tells what its mirror image would have done.
+//! The mirror image of offsets: the offsets of the mirrored motion.
 
 use dynaskin_body::BodyModel;
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! JavaScript bindings of bind, a file of its own: pages that bind no avatar never download it.
+//! JavaScript bindings of bind, a separate file: pages that bind no avatar never download it.
 //!
 //! No algorithm, only conversions. Errors are thrown as an `Error` with a `code`.
 

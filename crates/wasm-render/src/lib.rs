@@ -1,5 +1,5 @@
-//! WebAssembly bindings of [`dynaskin_render`]: draws to a canvas with WebGPU where there is one,
-//! with WebGL2 elsewhere. A wasm file of its own, so that pages with an engine of their own never
+//! WebAssembly bindings of [`dynaskin_render`]: draws to a canvas with WebGPU if there is an adapter,
+//! otherwise with WebGL2. A separate wasm file, so pages with their own engine never
 //! download wgpu.
 //!
 //! Errors are JavaScript `Error`s with a `code`: `argument` (lengths, ranges, numbers that are not

@@ -1,9 +1,9 @@
 //! JavaScript bindings of body, binding, motion and runtime: no algorithm, only conversions.
 //!
 //! Arrays that change every frame stay in WebAssembly memory, where JavaScript reads them through
-//! the pointers that the `...Ptr` methods give; the pointers stay good for as long as their avatar
-//! lives. Errors are thrown as an `Error` with a `code`. The SDK (`web/sdk`) wraps these classes
-//! and is what applications use.
+//! the pointers that the `...Ptr` methods return; the pointers stay valid as long as their avatar
+//! lives. Errors are thrown as an `Error` with a `code`. The SDK (`web/sdk`) wraps these classes;
+//! applications use the SDK.
 
 mod avatar;
 mod controls;

@@ -1,5 +1,5 @@
-//! The best that any predictor could make of a decoder: of all that it can give, the offsets nearest
-//! to given ones.
+//! The best that any predictor could achieve with a decoder: the offsets nearest to given ones that it can
+//! represent.
 
 use dynaskin_runtime::{Decoder, DecoderSession};
 use nalgebra::{DMatrix, DMatrixView, DVector};

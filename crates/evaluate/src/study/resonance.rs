@@ -1,5 +1,5 @@
-//! Whether networks obey their material inputs: resonance of a region whose stiffness is changed,
-//! predicted and simulated.
+//! Whether networks respond correctly to their material inputs: resonance of a region with changed
+//! stiffness, predicted and simulated.
 
 use dynaskin_body::{BodyModel, Pose, REGION_COUNT, Region, SHAPE_COUNT};
 use dynaskin_motion::{Clip, MODEL_RATE_HZ};

@@ -22,7 +22,7 @@ const REQUIRED: [Joint; 11] = [
     Joint::RightElbow,
 ];
 
-/// How a joint's world rotation is had from the source.
+/// How a joint's world rotation follows from the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
     /// A source joint turns it.

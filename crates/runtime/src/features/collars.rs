@@ -1,4 +1,4 @@
-//! Collars that turn, as the tissue is told of them.
+//! Collars that turn, as features.
 
 use dynaskin_skeleton::{Joint, Pose};
 

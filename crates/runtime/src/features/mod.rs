@@ -1,9 +1,9 @@
-//! What the network sees of the motion: features, once a 60 Hz tick.
+//! The input of the networks: features of the motion and the body, once per 60 Hz tick.
 //!
 //! This is the only place that computes them: training and runtime call the same code, so a
-//! network sees in the browser what it saw when it learned.
+//! network gets the same input in the browser as in training.
 //!
-//! [`FeatureKind`] names the kinds there are.
+//! [`FeatureKind`] lists the kinds.
 
 mod collars;
 #[cfg(feature = "guests")]

@@ -1,4 +1,4 @@
-//! Skin that stays whole: neighbouring vertices move against each other by less than lies between them.
+//! Limits strain: neighbouring vertices move relative to each other by less than their distance.
 //!
 //! Offsets that change along the surface by less than the distance map it one to one, so nothing turns
 //! inside out. Where they change by more, the two ends of an edge share the difference, edge after edge

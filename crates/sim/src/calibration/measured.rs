@@ -1,4 +1,4 @@
-//! What was measured on real bodies.
+//! Measurements of real bodies.
 
 use dynaskin_body::Region;
 

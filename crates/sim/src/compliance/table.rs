@@ -1,4 +1,4 @@
-//! The file that tells the compliance of many shapes: `compliance.json` beside the clips.
+//! The compliance of many shapes as a file: `compliance.json` beside the clips.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! The same motion on rigs of other habits: collars that turn, fewer bones in the spine.
+//! The same motion on other kinds of rig: collars that turn, fewer bones in the spine.
 
 use dynaskin_body::{JOINT_COUNT, Joint, Pose};
 use dynaskin_motion::Clip;

@@ -1,4 +1,4 @@
-//! The surface that tissue hangs under.
+//! The outer surface of the tissue.
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Region, SHAPE_COUNT, SkinWeights};
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! Which vertices are soft, and who is whose neighbour.
+//! Which vertices are soft, and their neighbours.
 
 /// Vertices whose region weights sum to more than `threshold`, ascending. It depends on no shape,
 /// so that one network serves all shapes of a body.

@@ -1,12 +1,12 @@
-//! What the predictor is told about a body: its materials, and how far its tissue gives way.
+//! The predictor's inputs about a body: its materials, and the compliance of its tissue.
 //!
-//! β has ten coefficients, and a data set has few shapes beside that: a network that sees β itself
-//! fits these few and fails on others. What a region's swing depends on is its compliance: few numbers,
-//! over which few shapes are spread well. So each block is conditioned on the logarithm of the
+//! β has ten coefficients, and a data set has few shapes in comparison: a network conditioned on β alone
+//! fits these few and fails on others. A region's swing depends on its compliance: few numbers,
+//! which few shapes cover well. So each block is conditioned on the logarithm of the
 //! compliance of two parts of its own region: the thicker half (of the chest: the breasts) and the thinner.
-//! It is conditioned on its own materials as well. Where the data set has no compliance, thickness stands
-//! for it (`f = sqrt(G / rho) / (4 h)`). β itself is an input, too, clamped to the range that was learned
-//! from. Its scale beside the other inputs is a setting: the more shapes were learned from, the more it can
+//! It is conditioned on its own materials as well. If the data set has no compliance, thickness replaces
+//! it (`f = sqrt(G / rho) / (4 h)`). β itself is an input, too, clamped to the range of the training
+//! data. Its scale relative to the other inputs is a setting: the more shapes the data set has, the more it can
 //! be trusted.
 
 use dynaskin_body::{BodyModel, REGION_COUNT, SHAPE_COUNT};

@@ -1,4 +1,4 @@
-//! β within what was learned from, as a graph.
+//! β clamped to the range of the training data, as a graph.
 
 use dynaskin_body::SHAPE_COUNT;
 use dynaskin_onnx::{Graph, Precision, Value, WriteError};

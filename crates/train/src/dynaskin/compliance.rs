@@ -1,9 +1,9 @@
 //! How far the tissue of each part of the body gives way, as a formula over β.
 //!
-//! The simulator tells the compliance of some hundred shapes ([`ComplianceTable`]). Its logarithm is met by
-//! a polynomial of second degree in β and the logarithms of the parts' thickness, whose floor a polynomial
-//! cannot have; the weights are fitted once by least squares. The formula is part of the predictor, so a
-//! body of any shape gets its numbers without a simulator.
+//! The simulator computes the compliance of some hundred shapes ([`ComplianceTable`]). A polynomial of second
+//! degree in β and the logarithms of the parts' thickness, which include its lower limit, approximates the
+//! logarithm of the compliance; the weights are fitted once by least squares. The formula is part of the
+//! predictor, so it applies to a body of any shape without a simulator.
 
 use dynaskin_body::SHAPE_COUNT;
 use dynaskin_onnx::{Graph, Precision, Value, WriteError};

@@ -1,4 +1,4 @@
-//! How thick the tissue of each part of the body is: what is told where no compliance is known.
+//! Thickness of the tissue of each part of the body, an input where no compliance is known.
 
 use dynaskin_body::{BodyModel, LEAST_THICKNESS_M, SHAPE_COUNT};
 use dynaskin_onnx::{Graph, Precision, Value, WriteError};
