@@ -41,21 +41,21 @@ function sentencesFor(kind: ActorKind, bundle: Bundle | null, clipMethod: string
   if (kind === "linear") return ["The skin follows the bones and nothing else: no tissue at all."];
   if (kind === "truth") {
     return [
-      "What the project's own simulator computed for this motion, frame by frame, and what the " +
-        "networks are measured against. It is a simulation, not a capture of a person.",
+      "The result of the project's own simulator for this motion, frame by frame: the reference for the " +
+        "networks. It is a simulation, not a capture of a person.",
     ];
   }
   if (!bundle) return ["Its networks are being loaded."];
   const training = trainingOf(bundle);
   const sentences = [
     training.networks ??
-      "A recurrent network predicts where the skin is, sixty times a second, in this page.",
+      "A recurrent network predicts the skin's displacement, sixty times a second, in this page.",
     `It learned from ${training.frames?.toLocaleString("en") ?? "many"} frames of simulated tissue on a ` +
-      "CC0 body moved by CMU motion capture and by formula, not from measurements of people.",
+      "CC0 body in CMU motion captures and procedural motions, not from measurements of people.",
   ];
   if (isNarrow(kind)) {
     sentences.push(
-      "Narrow: it has fewer weights here than its authors gave it, so it is no measure of what the " +
+      "Narrow: it has fewer weights here than in its paper, so it says nothing about what the " +
         "published one can do.",
     );
   }
@@ -70,7 +70,7 @@ function sentencesFor(kind: ActorKind, bundle: Bundle | null, clipMethod: string
   if (worst) {
     sentences.push(
       `It fails most at the ${worst.region} (${worst.set}): ${Math.round(worst.ratio * 100)} % of ` +
-        `${worst.staticMm.toFixed(1)} mm remain. It knows no contact, no clothes and no muscle tension.`,
+        `${worst.staticMm.toFixed(1)} mm remain. It does not model contact with objects, clothes or muscle tension.`,
     );
   }
   const method = training.simulator?.method;

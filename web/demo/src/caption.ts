@@ -11,8 +11,8 @@ function whereOf({ motion, clip }: Readonly<Settings>): string {
   if (clip !== null) return "Watch chest, belly, buttocks and thighs as the feet land.";
   const where: Partial<Record<Settings["motion"], string>> = {
     "by-hand": "Watch chest and belly as you let go.",
-    twist: "Watch belly and chest where the turn goes back.",
-    "shake-hips": "Watch buttocks, belly and thighs where the hips turn back.",
+    twist: "Watch belly and chest when the turn reverses.",
+    "shake-hips": "Watch buttocks, belly and thighs when the hips reverse.",
     walk: "Watch thighs and buttocks with each step.",
     "run-in-place": "Watch chest, thighs and calves with each step.",
   };

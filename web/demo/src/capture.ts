@@ -31,7 +31,8 @@ export class Capture {
     this.#compose();
     const blob = await new Promise<Blob | null>((done) => this.#canvas.toBlob(done, "image/png"));
     if (blob) save(blob, "dynaskin.png");
-    else showError("No picture was made", new Error("The browser gave no PNG of the canvas."));
+    else
+      showError("No picture was made", new Error("The browser did not make a PNG of the canvas."));
   }
 
   /**
@@ -41,7 +42,7 @@ export class Capture {
   async saveClip(texts: ClipTexts, advance: (seconds: number) => void): Promise<void> {
     if (this.#isFilming || this.#recorder) return;
     this.#isFilming = true;
-    showNote("Filming", "Four seconds, picture by picture. The film is saved when it is done.");
+    showNote("Filming", "Four seconds, frame by frame. The video is saved when it is done.");
     try {
       const clip = await makeClip(this.#view, texts, advance);
       if (clip) save(clip, "dynaskin.mp4");

@@ -16,11 +16,11 @@ export const CHAPTER_TEXTS: Readonly<Record<Chapter, { title: string; line: stri
   },
   ghost: {
     title: "How far it goes.",
-    line: "The line is where the skin would be without tissue, in millimetres from where it is.",
+    line: "The line is the skin without tissue; the numbers are the distance from it in millimetres.",
   },
   bodies: {
     title: "Every body in its own time.",
-    line: "The same jump. How far the tissue goes and how long it swings depends on who jumps.",
+    line: "The same jump. How far the tissue moves and how long it swings depends on the body.",
   },
   grab: {
     title: "Grab it.",

@@ -23,7 +23,7 @@ export class SafeTensors {
   constructor(file: ArrayBuffer) {
     const length = file.byteLength >= 8 ? Number(new DataView(file).getBigUint64(0, true)) : 0;
     if (length === 0 || length > Math.min(LARGEST_HEADER_BYTES, file.byteLength - 8)) {
-      throw new Error("This is no safetensors file: its header does not fit into it.");
+      throw new Error("This is not a safetensors file: its header does not fit into it.");
     }
     const text = new TextDecoder().decode(new Uint8Array(file, 8, length));
     const { __metadata__: metadata = {}, ...entries } = JSON.parse(text);

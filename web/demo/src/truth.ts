@@ -123,7 +123,8 @@ export class TruthClip {
 /** Reads `hop-190-060__s0`, the data set's name of a clip: motion, tempo (cHz), height (mm), shape. */
 function formulaOf(source: string): TruthClip["formula"] {
   const [, motion, tempo, height] = /^(.+)-(\d+)-(\d+)__/.exec(source) ?? [];
-  if (!motion) throw new Error(`The clip was made from ${source}, which is no motion by formula.`);
+  if (!motion)
+    throw new Error(`The clip was made from ${source}, which is not a procedural motion.`);
   return { motion, tempoHz: Number(tempo) / 100, heightM: Number(height) / 1000 };
 }
 

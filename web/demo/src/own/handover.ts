@@ -13,7 +13,8 @@ function open(): Promise<IDBDatabase> {
 function settled<T>(request: IDBRequest<T>): Promise<T> {
   return new Promise((resolve, reject) => {
     request.onsuccess = () => resolve(request.result);
-    request.onerror = () => reject(request.error ?? new Error("The browser keeps no files here."));
+    request.onerror = () =>
+      reject(request.error ?? new Error("The browser does not store files here."));
   });
 }
 

@@ -29,5 +29,5 @@ if (location.hash === "#handed") {
   history.replaceState(null, "", location.pathname + location.search);
   takeFile()
     .then((file) => file && page.open(file))
-    .catch((error) => showError("The file did not come along; drop it here", error));
+    .catch((error) => showError("The file was not passed on; drop it here", error));
 }

@@ -17,18 +17,18 @@ export function sentencesOf(report: BindingReport): string[] {
     `${bones.length} of the body's ${joints} joints have a bone.` +
       (missing.length > 0 ? ` Without one: ${missing.map(words).join(", ")}.` : ""),
     statureM === null
-      ? "Its file has a unit of its own, so its stature is not known."
+      ? "The unit of its file is unknown, so its stature is not known."
       : `It is ${statureM.toFixed(2)} m tall.`,
     `${percent(shareClose)} of its skin lies within 2 cm of the fitted body; half of it within ` +
       `${(1000 * medianM).toFixed(0)} mm.`,
     `${moving.toLocaleString("en")} of ${vertices.toLocaleString("en")} vertices move.`,
     ...report.regionsOff.map(({ region, reason }) =>
-      sentence(`${words(region)} stays still: ${reason}`),
+      sentence(`${words(region)} does not move: ${reason}`),
     ),
     ...(report.doubleMotion.length > 0
       ? [
-          `${report.doubleMotion.join(", ")} move breasts or buttocks by themselves, such as spring bones. ` +
-            "The tissue takes their place here: they are held still.",
+          `${report.doubleMotion.join(", ")} already move breasts or buttocks, as spring bones do. ` +
+            "The tissue replaces them here: they are held still.",
         ]
       : []),
     ...report.notes.map(sentence),
