@@ -159,7 +159,7 @@ export class Panel {
       create("optgroup", { label, id }, options);
     select.replaceChildren(
       group(
-        "Made by formula",
+        "Procedural",
         MOTIONS.map(({ name, label }) => option(name, label)),
       ),
       group("Yours", [option(BY_HAND, motionLabel(BY_HAND))]),
