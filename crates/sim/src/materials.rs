@@ -17,8 +17,8 @@ pub(crate) fn can_be_simulated(materials: &Materials) -> bool {
     all.into_iter().all(|value| MULTIPLIERS.contains(value))
 }
 
-/// Multipliers drawn around 1, each region by itself: stiffness and
-/// damping between a quarter and four. They depend on nothing but name and seed.
+/// Multipliers of stiffness and damping, drawn for each region between a quarter and four. They depend only on
+/// name and seed.
 pub fn drawn_materials(name: &str, seed: u64) -> Materials {
     let digest = Sha256::new()
         .chain_update(b"materials")

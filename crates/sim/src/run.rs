@@ -38,7 +38,7 @@ pub struct Job {
     pub rig: RigHabit,
     /// Frames at 60 Hz.
     pub frames: usize,
-    /// What was found other than usual in the motion's file, a sentence each.
+    /// What is unusual in the motion's file, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -65,12 +65,12 @@ pub struct Run<'a> {
     pub out: PathBuf,
     /// At most this many frames of each motion.
     pub limit_frames: Option<usize>,
-    /// Whether each motion is simulated mirrored, too. Training learns from the mirror image of
-    /// every clip anyway, so mirrored clips only add further shapes.
+    /// Whether each motion is also simulated mirrored. Training of our networks ties left and right
+    /// anyway, so mirrored clips only add further shapes.
     pub mirrored: bool,
-    /// Whether every second clip has materials of its own, drawn by name and seed.
+    /// Whether every second clip has its own materials, drawn by name and seed.
     pub vary_materials: bool,
-    /// Whether every second capture is played through a rig of other habits, drawn by name and seed.
+    /// Whether every second capture is played through another kind of rig, drawn by name and seed.
     pub vary_rigs: bool,
     /// Number of training shapes to draw from, at most [`TRAINING_SHAPES`]'s.
     pub shapes: usize,
@@ -122,8 +122,8 @@ impl Run<'_> {
     ///
     /// Each motion and, if wanted, its mirror image is simulated on one training shape drawn by name
     /// and seed; every fourth also on a held-out one, and every second on a further training shape if
-    /// these are wanted. Motions made by formula, which are few and
-    /// mostly symmetric, come on three shapes instead of mirrored.
+    /// these are wanted. Procedural motions, which are few and
+    /// mostly symmetric, are simulated on three shapes instead of mirrored.
     ///
     /// # Errors
     /// [`RunError`] if a motion cannot be read or made.

@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::TrainError;
 
-/// What one epoch came to.
+/// Losses and time of one epoch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpochRecord {
     /// The epoch, from 1.
@@ -21,7 +21,7 @@ pub struct EpochRecord {
     pub training_loss: f32,
     /// Mean validation loss in the same unit.
     pub validation_loss: f32,
-    /// Validation loss over that of predicting no offset at all.
+    /// Validation loss divided by that of zero offsets.
     pub validation_ratio: f32,
     /// Wall-clock seconds.
     pub seconds: f64,

@@ -46,11 +46,11 @@ impl Schedule {
     }
 }
 
-/// What the validation set came to after an epoch.
+/// The validation loss after an epoch.
 pub struct Validation {
     /// Mean loss, in the unit of the training loss or as the network says.
     pub loss: f32,
-    /// Over that of offset 0.
+    /// The loss divided by that of zero offsets.
     pub ratio: f32,
 }
 

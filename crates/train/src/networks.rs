@@ -1,4 +1,4 @@
-//! What every method, ours or a compared one, is given and gives.
+//! Input and output of the training of every method, ours or a compared one.
 
 use dynaskin_body::BodyModel;
 use dynaskin_runtime::features::FeatureKind;
@@ -9,7 +9,7 @@ use crate::compute::Compute;
 use crate::data::{DataSet, Tissue};
 use crate::split::Set;
 
-/// What every method is given to train on.
+/// The input of every method's training.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainingInput<'a> {
     /// The clips.
@@ -41,7 +41,7 @@ impl TrainingInput<'_> {
     }
 }
 
-/// The networks that a method made of its training data, of the contract in ARCHITECTURE.md.
+/// The networks that a method trained, in the contract of ARCHITECTURE.md.
 #[derive(Clone, Debug)]
 pub struct Networks {
     /// What the predictor takes as input.

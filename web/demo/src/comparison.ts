@@ -45,7 +45,7 @@ export class Comparison {
       byId(`field-${slot}`).hidden = name === "" || (isNarrow && idx > 1);
       byId(`label-${slot}`).textContent = name;
       const select = byId<HTMLSelectElement>(`actor-${slot}`);
-      const nobody = idx > 1 ? [create("option", { value: "", textContent: "None" })] : [];
+      const nobody = idx > 1 ? [create("option", { value: "", textContent: "Nobody" })] : [];
       select.replaceChildren(
         ...nobody,
         ...kinds.map((value) => create("option", { value, textContent: actorLabel(value) })),
