@@ -117,7 +117,7 @@ const model = await load({ model: ${name} });
 \`${name}.body\` is the address of the body as GLB, for the loader of an engine. \`dynaskin-${name}/inline\` has the same
 files inside the JavaScript, for bundlers that copy no files (esbuild) and for single-file pages; it is a third larger.
 
-The model card, ${CARD}, says what the networks learned from and how well they do. MIT or Apache-2.0, as you like.
+The model card, ${CARD}, says what the networks learned from and how well they do. MIT or Apache-2.0, at your option.
 The body is built from CC0 data of the MakeHuman community.
 `;
 }
