@@ -1,4 +1,4 @@
-//! An avatar as a file or an engine gives it: nodes, skinned meshes, who is who.
+//! An avatar from a file or an engine: nodes, skinned meshes, and names for parts of a person.
 
 use std::collections::HashMap;
 
@@ -8,11 +8,11 @@ use glam::{DAffine3, Vec3};
 
 use crate::BindError;
 
-/// The most vertices of all skinned meshes together that are bound.
+/// Largest number of vertices of all skinned meshes together.
 pub const MAX_VERTICES: usize = 400_000;
 /// The farthest that anything of an avatar lies from the origin, in the file's unit.
 const MAX_EXTENT: f64 = 1e6;
-/// Joints of a vertex, at most.
+/// Largest number of joints per vertex.
 pub const MAX_INFLUENCES: usize = 8;
 
 /// A node of the scene.
@@ -20,12 +20,12 @@ pub const MAX_INFLUENCES: usize = 8;
 pub struct Node {
     /// Its name in the file.
     pub name: String,
-    /// What it is taken for a part of a person by: VRM's name of it or its own; empty for what must not
-    /// be taken for one.
+    /// The name by which it is recognised as a part of a person: VRM's or its own; empty if it must not
+    /// be recognised as one.
     pub part_name: String,
     /// Index of its parent.
     pub parent: Option<usize>,
-    /// Where it stands as the file is loaded, in the file's unit, +Y up.
+    /// Its transform in the loaded file, in the file's unit, +Y up.
     pub world_from_node: DAffine3,
 }
 
@@ -34,7 +34,7 @@ pub struct Node {
 pub struct Influences {
     /// Indices into the mesh's joints; unused slots have weight 0.
     pub joints: [u16; MAX_INFLUENCES],
-    /// Weights, summing to 1, or all 0 where the file has none.
+    /// Weights, summing to 1, or all 0 if the file has none.
     pub weights: [f32; MAX_INFLUENCES],
 }
 
@@ -53,7 +53,7 @@ pub struct SkinnedMesh {
     pub faces: Vec<[u32; 3]>,
     /// The nodes that are the skin's joints.
     pub joints: Vec<usize>,
-    /// From the mesh's space to that of each joint, where the mesh was bound.
+    /// From the mesh's space to that of each joint, in the bind pose.
     pub inverse_binds: Vec<DAffine3>,
 }
 
@@ -72,7 +72,7 @@ impl Avatar {
         self.meshes.iter().map(|mesh| mesh.positions.len()).sum()
     }
 
-    /// Refuses numbers and indices that nothing can be computed with.
+    /// Refuses unusable numbers and indices.
     ///
     /// # Errors
     /// [`BindError::Unskinned`], [`BindError::TooManyVertices`], [`BindError::NotFinite`], and
@@ -104,8 +104,8 @@ impl Avatar {
 }
 
 impl Avatar {
-    /// Says what nodes are taken for a part of a person by: VRM's names of them (`humanoid`: node and
-    /// name) where there are any, else their own, of joints alone.
+    /// Sets the names by which nodes are recognised as parts of a person: VRM's names (`humanoid`: node and
+    /// name) if there are any, else their own, for joints only.
     pub fn name_parts(&mut self, mut humanoid: HashMap<usize, String>) {
         let mut is_joint = vec![false; self.nodes.len()];
         for joint in self.meshes.iter().flat_map(|mesh| &mesh.joints) {

@@ -1,4 +1,4 @@
-//! The whole way from an avatar to its binding.
+//! All steps from an avatar to its binding.
 
 use dynaskin_binding::{
     Binding, MeshBinding, MeshReport, Report, Rows, fingerprint_of_body, fingerprint_of_mesh,
@@ -16,12 +16,12 @@ use crate::matched::{Matched, matched, takes};
 use crate::rig::rig;
 use crate::rows::{Row, rows};
 
-/// What the caller says of an avatar.
+/// What the caller declares about an avatar.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BindOptions {
     /// What the avatar depicts; only `adult` is bound.
     pub depicts: Option<String>,
-    /// Names of nodes for joints of the body, where names and tree fail.
+    /// Names of nodes for joints of the body that are not recognised by name and hierarchy.
     pub bones: Vec<(Joint, String)>,
 }
 
@@ -35,7 +35,7 @@ impl BindOptions {
     }
 }
 
-/// A binding and what it was made of, for pictures.
+/// A binding and intermediate results, for pictures.
 #[derive(Clone, Debug)]
 pub struct Bound {
     /// The binding.
@@ -44,27 +44,27 @@ pub struct Bound {
     pub fitted_m: Vec<Vec3>,
     /// The skin in the bind pose, metres, mesh by mesh.
     pub skin_m: Vec<Vec<Vec3>>,
-    /// How much each vertex of the skin takes of the body's offsets, 0..=1, mesh by mesh.
+    /// Share of the body's offsets that each vertex of the skin takes, 0..=1, mesh by mesh.
     pub coverage: Vec<Vec<f32>>,
-    /// How far each vertex of the skin lies from its place on the body, metres, mesh by mesh; not a
-    /// number for what belongs to no part that moves.
+    /// Distance of each vertex of the skin from its point on the body, metres, mesh by mesh; NaN for
+    /// vertices of parts that do not move.
     pub distances_m: Vec<Vec<f32>>,
-    /// Where the avatar looks, level with the floor.
+    /// Forward direction of the avatar, horizontal, unit length.
     pub ahead: Vec3,
 }
 
 /// Binds a body's tissue to an avatar.
 ///
 /// # Errors
-/// [`BindError::Undeclared`] and [`BindError::NotAdult`] for what is not declared or not proportioned as
+/// [`BindError::Undeclared`] and [`BindError::NotAdult`] if the avatar is not declared or not proportioned as
 /// an adult; [`BindError::NoHumanoid`], [`BindError::NotUpright`], [`BindError::Bones`],
-/// [`BindError::NoSurface`] and [`BindError::NoFit`] for what is no person in a skin; as
+/// [`BindError::NoSurface`] and [`BindError::NoFit`] if it is not a skinned person; as
 /// [`Avatar::check`]; [`BindError::Body`] for a body without soft regions.
 pub fn bind(avatar: &Avatar, body: &BodyModel, options: &BindOptions) -> Result<Bound, BindError> {
     bind_watched(avatar, body, options, &mut |_| {})
 }
 
-/// As [`bind`]; `progress` is told the fraction that is done.
+/// As [`bind`]; `progress` receives the fraction that is done, 0 to 1.
 ///
 /// # Errors
 /// As [`bind`].

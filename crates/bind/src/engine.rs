@@ -22,7 +22,7 @@ pub struct EngineMesh<'a> {
     pub indices: &'a [u32],
     /// Nodes that are the skin's joints.
     pub joints: &'a [u32],
-    /// From the mesh's space to each joint's where the mesh was bound, `[joint][16]`, column-major.
+    /// From the mesh's space to each joint's in the bind pose, `[joint][16]`, column-major.
     pub inverse_binds: &'a [f64],
 }
 

@@ -7,7 +7,7 @@ use dynaskin_binding::BindingError;
 
 use crate::proportions::{LEAST_HIP_HEIGHT, LEAST_STATURE_M, MOST_CROWN_TO_SHOULDER, Proportions};
 
-/// What stands between an avatar and its tissue, in a sentence.
+/// Why an avatar cannot be bound.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BindError {
@@ -96,7 +96,7 @@ pub enum BindError {
 }
 
 impl BindError {
-    /// What is wrong, as a word that programs can switch on: `avatar` (its meshes), `humanoid` (its
+    /// The kind of the error, as a string that programs can switch on: `avatar` (its meshes), `humanoid` (its
     /// bones), `adult`, `binding` or `body`.
     pub fn code(&self) -> &'static str {
         match self {

@@ -10,11 +10,11 @@ use crate::BindError;
 use crate::avatar::{Avatar, Influences, MAX_INFLUENCES, MAX_VERTICES, Node, SkinnedMesh, is_face};
 
 impl Avatar {
-    /// Reads nodes and skinned meshes. Morph targets, materials' looks and what has no skin are left
-    /// aside.
+    /// Reads nodes and skinned meshes. Ignores morph targets, the appearance of materials and meshes without
+    /// a skin.
     ///
     /// # Errors
-    /// [`BindError::Glb`] for what is no sound binary glTF 2.0 file, [`BindError::Unskinned`], and as
+    /// [`BindError::Glb`] if it is not a valid binary glTF 2.0 file, [`BindError::Unskinned`], and as
     /// [`Self::check`].
     pub fn from_glb(bytes: &[u8]) -> Result<Self, BindError> {
         let file = Document::parse(bytes)?;

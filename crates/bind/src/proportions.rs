@@ -13,15 +13,15 @@ use crate::BindError;
 use crate::bones::Bones;
 use crate::parts::Part;
 
-/// Crown to shoulder over stature from which an avatar is refused.
+/// Ratio of crown to shoulder to stature at and above which an avatar is refused.
 pub const MOST_CROWN_TO_SHOULDER: f64 = 0.220;
-/// Crown to shoulder over stature from which chest and buttocks stay still.
+/// Ratio of crown to shoulder to stature at and above which chest and buttocks do not move.
 pub const GUARDED_CROWN_TO_SHOULDER: f64 = 0.212;
-/// Height of the hips over stature at which and below which an avatar is refused.
+/// Ratio of hip height to stature at and below which an avatar is refused.
 pub const LEAST_HIP_HEIGHT: f64 = 0.48;
 /// Stature in metres below which an avatar is refused.
 pub const LEAST_STATURE_M: f64 = 1.45;
-/// Median distance from the fitted body, metres, above which chest and buttocks stay still.
+/// Median distance from the fitted body in metres above which chest and buttocks do not move.
 pub const GUARDED_MEDIAN_M: f64 = 0.02;
 /// Taller than any person: the file has a unit of its own, which says nothing of stature.
 const TALLEST_M: f64 = 2.6;

@@ -20,7 +20,7 @@ pub struct Transfer {
     pub thickness_m: Vec<f32>,
     /// Shape coefficients of the body that fits under the other's surface.
     pub shape: [f32; SHAPE_COUNT],
-    /// How much larger than that the other is.
+    /// Size of the other body relative to that one.
     pub size: f32,
     /// Share of the surface within 2 cm of the fitted body.
     pub share_close: f32,
@@ -28,11 +28,11 @@ pub struct Transfer {
     pub median_m: f32,
     /// The other's proportions.
     pub proportions: Proportions,
-    /// Regions that stay still, because proportions or fit do not show an adult for sure.
+    /// Regions that do not move, because proportions or fit do not clearly show an adult.
     pub regions_off: Vec<RegionOff>,
 }
 
-/// Takes regions and thickness of `source` over to `target`, as its tissue is bound to an avatar.
+/// Transfers regions and thickness of `source` to `target`, in the way in which tissue is bound to an avatar.
 ///
 /// # Errors
 /// As [`crate::bind`], also for a `target` that is not declared or not proportioned as an adult.
@@ -91,7 +91,7 @@ pub fn transfer(
     })
 }
 
-/// Whether a body is declared and proportioned as an adult, as an avatar must be.
+/// Checks that a body is declared and proportioned as an adult, as for an avatar.
 ///
 /// # Errors
 /// As [`crate::bind`] for an avatar.

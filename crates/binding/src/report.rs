@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What is measured of an avatar where it rests.
+/// Proportions of an avatar at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Proportions {
-    /// From the crown to the height of the shoulder joints, over the stature.
+    /// Distance from the crown to the height of the shoulder joints, relative to the stature.
     pub crown_to_shoulder: f64,
-    /// Height of the hip joints above the soles, over the stature.
+    /// Height of the hip joints above the soles, relative to the stature.
     pub hip_height: f64,
-    /// Stature in metres; none where the file has a unit of its own.
+    /// Stature in metres; none if the file's unit is unknown.
     pub stature_m: Option<f64>,
 }
 
@@ -47,12 +47,12 @@ pub struct Report {
     pub missing: Vec<String>,
     /// What the proportions are.
     pub proportions: Proportions,
-    /// Share of the skin's vertices within 2 cm of the fitted body; head, hands, feet and what belongs to
-    /// nobody left out.
+    /// Share of the skin's vertices within 2 cm of the fitted body; without head, hands, feet and vertices that
+    /// belong to no part of a person.
     pub share_close: f32,
-    /// The same before the body is drawn smoothly to loose skin.
+    /// The same without the drape.
     pub share_close_bare: f32,
-    /// Median distance of these vertices from the body as it was before that, metres.
+    /// Median distance of these vertices from the body without the drape, metres.
     pub median_m: f32,
     /// Vertices of all meshes.
     pub vertices: u32,
@@ -62,8 +62,9 @@ pub struct Report {
     pub meshes: Vec<MeshReport>,
     /// The regions that stay still.
     pub regions_off: Vec<RegionOff>,
-    /// Bones that move breasts or buttocks by themselves: they and the tissue move the same skin twice.
+    /// Bones that already move breasts or buttocks, such as spring bones: with the tissue the same skin would
+    /// move twice.
     pub double_motion: Vec<String>,
-    /// What was found other than usual: a sentence each.
+    /// Whatever is unusual: one sentence each.
     pub notes: Vec<String>,
 }

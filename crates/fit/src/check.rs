@@ -60,7 +60,7 @@ impl Case {
     }
 }
 
-/// What to check with.
+/// Options of [`check_fit`].
 #[derive(Clone, Debug)]
 pub struct CheckOptions {
     /// True shape of the body.
@@ -75,7 +75,7 @@ pub struct CheckOptions {
     pub seed: u64,
 }
 
-/// What a fit of one case got wrong.
+/// Errors of the fit of one case.
 #[derive(Clone, Debug)]
 pub struct CaseReport {
     /// The case.

@@ -12,7 +12,7 @@ use crate::scans::{is_hdf5, sequences};
 use crate::start::{Parts, pose_by_parts};
 use crate::{FitError, Scans};
 
-/// A mean turn of the joints, in degrees, up to which a person counts as standing at rest.
+/// Mean rotation of the joints, in degrees, up to which a person counts as standing at rest.
 pub const REST_DEGREES: f64 = 15.0;
 
 /// A sequence of a person.
@@ -132,8 +132,8 @@ fn ends_with(path: &Path, endings: &[&str]) -> bool {
         .is_some_and(|end| endings.iter().any(|known| end.eq_ignore_ascii_case(known)))
 }
 
-/// By how many degrees the joints are turned from rest in the first frame, on average over all but the
-/// pelvis. Found from each body part's rotation, so that no shape need be known.
+/// Mean rotation of all joints but the pelvis from rest in the first frame, in degrees. Estimated from each
+/// body part's rotation, so no shape need be known.
 ///
 /// # Errors
 /// As [`Scans::frames_m`].

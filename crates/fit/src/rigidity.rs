@@ -8,9 +8,9 @@ use crate::FitError;
 /// Where the rigidity weights come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rigidity {
-    /// From the softness s of the body model: `1 / (1 + (s / 0.05)²)`. Skin moves about in
-    /// proportion to its softness and a scan errs by about a twentieth of what wholly soft skin
-    /// moves: these are the inverse variances. With `1 - s` half-soft skin drags the joints along
+    /// From the softness s of the body model: `1 / (1 + (s / 0.05)²)`. Skin moves in
+    /// proportion to its softness, and the error of a scan is about a twentieth of the movement of fully soft
+    /// skin: these are the inverse variances. With `1 - s` half-soft skin drags the joints along
     /// (docs/design/fitting.md). For bodies with soft regions.
     Body,
     /// From the scans: after a first fit with equal weights, skin that keeps its place in the rest

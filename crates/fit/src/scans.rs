@@ -57,12 +57,12 @@ impl ScanUnit {
     }
 }
 
-/// How the numbers of scans are to be read.
+/// How to read the numbers of scans.
 #[derive(Clone, Debug)]
 pub struct ScanOptions {
-    /// Unit of length; none takes the one in which the first frame is as large as a body.
+    /// Unit of length; none detects the one in which the first frame is as large as a body.
     pub unit: Option<ScanUnit>,
-    /// Axis that points up; none takes the one along which the trunk stands in the first frame.
+    /// Up axis; none detects the one along which the trunk stands in the first frame.
     pub up: Option<UpAxis>,
     /// Frames per second, 1 to 1000.
     pub rate_hz: f64,
@@ -86,7 +86,7 @@ pub struct Scans<'b> {
     pub unit: ScanUnit,
     /// Axis of the numbers that points up, as given or found.
     pub up: UpAxis,
-    /// What was found of the numbers and not given, for people to check.
+    /// What was detected and not given, for people to check.
     pub notes: Vec<String>,
     y_up_from_world: Quat,
     source: Source<'b>,
@@ -209,7 +209,7 @@ impl<'b> Scans<'b> {
         Ok(positions)
     }
 
-    /// Reads all frames once, so that one that cannot be used is found before any is fitted. `done` is
+    /// Reads all frames once, so that an unusable frame is found before any is fitted. `done` is
     /// called with the number of frames read so far.
     ///
     /// # Errors

@@ -43,8 +43,8 @@ pub struct FitOptions {
     /// Shape coefficients known beforehand, in standard deviations; none fits them to the first
     /// frame.
     pub shape: Option<[f32; SHAPE_COUNT]>,
-    /// Whether the offsets are counted from the subject's own surface. What is left of the first
-    /// frame after fitting its β is then no soft tissue but a body outside the shape space, and is
+    /// Whether the offsets are relative to the subject's own surface. The residual of the first
+    /// frame after fitting β is then not soft tissue but a body outside the shape space, and is
     /// subtracted from every frame. The first frame must then be at rest.
     pub own_surface: bool,
 }

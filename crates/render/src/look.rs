@@ -6,14 +6,14 @@ use crate::{BodyMesh, drape::Drape, gpu_data::MaterialUniform, paint::Paint};
 const PLASTER_LINEAR: [f32; 3] = [0.56, 0.535, 0.51];
 const DYED_LINEAR: [f32; 3] = [0.135, 0.175, 0.215];
 
-/// How a body is shown; as it is painted and as its surface is unless it says otherwise.
+/// How a body is shown; by default with its painted colours and its own surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Look {
     /// Matt plaster in place of skin and cloth. Bodies that are not painted in skin and cloth keep their
     /// colours.
     pub sculpture: bool,
-    /// Painted clothes span hollows and rises of the skin instead of following each. Needs some
-    /// hundred thousand additions a frame.
+    /// Painted clothes span hollows of the skin instead of following them. Costs a few hundred thousand
+    /// additions per frame.
     pub draped: bool,
 }
 

@@ -35,7 +35,7 @@ impl BodyId {
     }
 }
 
-/// What became of a picture.
+/// Result of drawing a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame {
     /// It was drawn.
@@ -256,9 +256,9 @@ impl Renderer {
         body.set_skin_matrices(queue, world_from_rest)
     }
 
-    /// Stands a body elsewhere: `world_from_host` is applied after its skin matrices, so that several
-    /// bodies whose poses share one world can stand side by side. Turns and shifts keep the body's
-    /// proportions; the identity puts it back.
+    /// Displaces a body: `world_from_host` is applied after its skin matrices, so that several
+    /// bodies with the same pose can stand side by side. Use rotations and translations only; the identity
+    /// undoes it.
     ///
     /// # Errors
     ///
