@@ -1,6 +1,6 @@
 //! The way between poses of the source: cubics in Hermite's form.
 
-use dynaskin_skeleton::{JOINT_COUNT, Pose};
+use dynaskin_skeleton::{JOINT_COUNT, Pose, rotation_vector};
 use glam::{DQuat, DVec3};
 
 /// How fast a pose changes.
@@ -26,19 +26,9 @@ pub(crate) struct Knot {
     pub rates: Rates,
 }
 
-/// The rotation `q` as axis times angle, the angle at most π.
-pub(crate) fn turn_of(q: DQuat) -> DVec3 {
-    let q = if q.w < 0.0 { -q } else { q };
-    let sine = q.xyz().length();
-    if sine < 1e-9 {
-        return 2.0 * q.xyz();
-    }
-    q.xyz() * (2.0 * sine.atan2(q.w) / sine)
-}
-
 /// The turn of `to` against `from`, about `from`'s own axes.
 pub(crate) fn turn_between(from: DQuat, to: DQuat) -> DVec3 {
-    turn_of(from.conjugate() * to)
+    rotation_vector(from.conjugate() * to)
 }
 
 /// Velocity at the last of three poses: the slope of the parabola through them.
