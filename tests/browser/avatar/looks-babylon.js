@@ -8,6 +8,7 @@ import { ShadowGenerator } from "@babylonjs/core/Lights/Shadows/shadowGenerator.
 import "@babylonjs/core/Lights/Shadows/shadowGeneratorSceneComponent.js";
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
 import { LoadAssetContainerAsync } from "@babylonjs/core/Loading/sceneLoader.js";
+import { ShaderMaterial } from "@babylonjs/core/Materials/shaderMaterial.js";
 import { StandardMaterial } from "@babylonjs/core/Materials/standardMaterial.js";
 import { Color3, Color4 } from "@babylonjs/core/Maths/math.color.js";
 import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
@@ -91,8 +92,40 @@ export function startBabylon(webgpu) {
         textures: engine.getLoadedTexturesCache().length,
       }),
       geometry: () => mesh.geometry,
+      materials: () => [mesh.material, mesh.material.shadowDepthWrapper, mesh.geometry],
+      unfit: (open) => unfit(open, mesh, webgpu),
     };
   });
+}
+
+/** Attempts that `write: "texture"` refuses. */
+function unfit(open, mesh, webgpu) {
+  if (webgpu) return { renderer: () => open("texture") };
+  const skin = mesh.material;
+  const give = (work) => {
+    mesh.material = new ShaderMaterial("own", mesh.getScene(), {
+      vertexSource: "",
+      fragmentSource: "",
+    });
+    try {
+      work();
+    } finally {
+      mesh.material.dispose();
+      mesh.material = skin;
+    }
+  };
+  return {
+    way: () => open("pixels"),
+    shader: () => give(() => open("texture")),
+    later() {
+      const tissue = open("texture");
+      try {
+        give(() => {});
+      } finally {
+        tissue.dispose();
+      }
+    },
+  };
 }
 
 async function createEngine(canvas, webgpu) {

@@ -55,8 +55,16 @@ export function startThree(webgpu) {
       },
       wrap: (object) => new THREE.Group().add(object),
       show: (isShown) => Object.assign(root, { visible: isShown }),
-      counts: () => ({ ...countsOf(renderer.info.memory) }),
+      counts: () => ({
+        ...countsOf(renderer.info.memory),
+        programs: renderer.info.programs?.length,
+      }),
       geometry: () => mesh.geometry,
+      materials: () => [
+        ...[mesh.material, mesh.customDepthMaterial, mesh.customDistanceMaterial],
+        ...[mesh.onBeforeRender, Object.hasOwn(mesh, "onBeforeRender"), mesh.geometry],
+      ],
+      unfit: (open) => unfit(open, mesh, webgpu && (() => renderer.render(scene, camera))),
     };
   });
 }
@@ -103,6 +111,44 @@ function createCameraAside() {
   const aside = new THREE.OrthographicCamera(-1.3, 1.3, 1.3, -1.3, 0.01, 5);
   aside.position.set(-3, 0.2, -1);
   return aside;
+}
+
+/** Attempts that `write: "texture"` refuses. */
+function unfit(open, mesh, drawWithAnother) {
+  const skin = mesh.material;
+  const give = (material, work) => {
+    mesh.material = material;
+    try {
+      work();
+    } finally {
+      mesh.material = skin;
+    }
+  };
+  const own = new THREE.ShaderMaterial({ name: "own" });
+  const attempts = {
+    way: () => open("pixels"),
+    shader: () => give(own, () => open("texture")),
+    later() {
+      const tissue = open("texture");
+      try {
+        give(own, () => {});
+      } finally {
+        tissue.dispose();
+      }
+    },
+  };
+  if (!drawWithAnother) return attempts;
+  return {
+    ...attempts,
+    renderer() {
+      const tissue = open("texture");
+      try {
+        drawWithAnother();
+      } finally {
+        tissue.dispose();
+      }
+    },
+  };
 }
 
 const copy = ({ array }) => Float32Array.from(array);
