@@ -53,11 +53,13 @@ export function startBabylon(webgpu) {
     const paper = new StandardMaterial("paper", scene);
     paper.disableLighting = true;
     paper.emissiveColor = Color3.White();
+    const standard = new StandardMaterial("standard", scene);
+    standard.diffuseColor = new Color3(0.7, 0.5, 0.4);
     const skin = mesh.material;
     await scene.whenReadyAsync();
 
     const draw = async (look) => {
-      mesh.material = look === "outline" ? paper : skin;
+      mesh.material = look === "outline" ? paper : look === "standard" ? standard : skin;
       mesh.useVertexColors = look !== "outline";
       mesh.renderOutline = look === "outline";
       wall.setEnabled(look === "shadow");
@@ -93,6 +95,7 @@ export function startBabylon(webgpu) {
       }),
       geometry: () => mesh.geometry,
       materials: () => [mesh.material, mesh.material.shadowDepthWrapper, mesh.geometry],
+      kinds: ["surface", "shadow", "standard"],
       unfit: (open) => unfit(open, mesh, webgpu),
     };
   });

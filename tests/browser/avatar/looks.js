@@ -25,6 +25,7 @@ const STRENGTH = 3;
  * @property {(isShown: boolean) => void} show
  * @property {() => Record<string, number>} counts what the engine holds
  * @property {() => any} geometry
+ * @property {string[]} kinds looks that a vertex stage is to draw as attributes are drawn
  * @property {() => any[]} materials all that draws the mesh: what it had before is to be there after
  * @property {(open: (write: any) => any) => Record<string, () => unknown>} unfit attempts that are refused
  */
@@ -123,7 +124,7 @@ export async function compareWrites() {
   /** @type {Record<string, string>} */
   const pictures = {};
   const drawAll = async (/** @type {string} */ name, /** @type {any} */ shown) => {
-    for (const look of ["surface", "shadow"]) pictures[`${look}-${name}`] = await stand.draw(look);
+    for (const look of stand.kinds) pictures[`${look}-${name}`] = await stand.draw(look);
     stand.morph(0.4);
     shown?.show();
     pictures[`morph-${name}`] = await stand.draw("surface");
@@ -177,7 +178,7 @@ export async function compareWrites() {
   for (const look of ["surface", "shadow"]) await stand.draw(look);
   /** @type {Record<string, { moved: number, wrong: number, left: number }>} */
   const looks = {};
-  for (const look of ["surface", "shadow", "morph"]) {
+  for (const look of [...stand.kinds, "morph"]) {
     const share = (/** @type {string} */ a, /** @type {string} */ b) =>
       differingShare(pictures[`${look}-${a}`], pictures[`${look}-${b}`]);
     looks[look] = {
