@@ -207,6 +207,19 @@ describe("DynaSkin in three.js", () => {
     }
   });
 
+  it("finds them for an avatar in a worker", async () => {
+    const { mesh } = await loadBody();
+    const vertices = reorder(mesh, (all) => all.toReversed());
+    const remote = await createThreadAvatar(SHAPE);
+    const skin = new DynaSkin(remote, mesh);
+    const expected = vertices.flatMap((vertex) => [
+      ...remote.positions.subarray(3 * vertex, 3 * vertex + 3),
+    ]);
+    expect(largestDifference(drawnPositions(mesh), expected)).toBeLessThan(4e-6);
+    skin.dispose();
+    remote.dispose();
+  });
+
   it("finds the vertices of a mesh that lies where numbers are coarse", async () => {
     // Blender takes the units of a quantised file for metres, and moves each joint there by itself.
     const away = [0, 8619.249, 0];

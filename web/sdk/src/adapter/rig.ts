@@ -34,8 +34,7 @@ export interface RigOptions {
   boneNames?: Partial<Record<JointName, string>>;
   /**
    * Per vertex of the mesh the vertex of the body, where the mesh has others. Rest positions tell it for
-   * meshes that were renumbered, split at seams or had parts left out; an avatar in a worker does not know
-   * them, and without this option both must have equally many, in the same order.
+   * meshes that were renumbered, split at seams or had parts left out.
    */
   vertexMap?: ArrayLike<number>;
 }
