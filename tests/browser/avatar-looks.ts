@@ -95,6 +95,57 @@ export async function expectClones(page: Page, stage: Stage): Promise<void> {
   expect(clones.secondIsLeft).toBe(0);
 }
 
+interface Writes {
+  looks: Record<string, Difference & { left: number }>;
+  clone: Difference & { firstIsPlain: number; again: number; shadowAgain: number };
+  notes: string[];
+  isUntouched: boolean;
+  isGivenBack: boolean;
+  counts: unknown[];
+  pictures: Record<string, string>;
+}
+
+/** The vertex stage shows what attributes show, gives everything back, and clones keep apart. */
+export async function expectWrites(page: Page, stage: Stage): Promise<void> {
+  const { problems, call } = await open(page, stage);
+  const { looks, clone, notes, pictures, ...rest } = (await call("compareWrites")) as Writes;
+  keep(stage, pictures);
+  console.log(JSON.stringify({ looks, clone, ...rest }));
+  expect(problems).toEqual([]);
+  for (const [look, { moved, wrong, left }] of Object.entries(looks)) {
+    expect(moved, look).toBeGreaterThan(0.002);
+    expect(wrong, look).toBeLessThan(0.0002);
+    expect(left, look).toBe(0);
+  }
+  expect(clone.moved).toBeGreaterThan(0.002);
+  expect(clone.wrong).toBeLessThan(0.0002);
+  expect(clone.firstIsPlain).toBeLessThan(0.0002);
+  expect(clone.again).toBeLessThan(0.0002);
+  expect(clone.shadowAgain).toBeLessThan(0.0002);
+  expect(notes.join(" ")).toMatch(/Rays|Picking/);
+  expect(rest.isUntouched).toBe(true);
+  expect(rest.isGivenBack).toBe(true);
+  expect(rest.counts[1]).toEqual(rest.counts[0]);
+}
+
+/** What a vertex stage cannot draw is refused with a sentence, and nothing changes. */
+export async function expectRefusedWrites(page: Page, stage: Stage): Promise<void> {
+  const { problems, call } = await open(page, stage);
+  const { said, isSame } = (await call("refuseWrites")) as {
+    said: Record<string, string>;
+    isSame: boolean;
+  };
+  expect(problems).toEqual([]);
+  if (stage.webgpu) {
+    expect(said.renderer).toMatch(/^argument: .*Leave write out/);
+  } else {
+    expect(said.way).toMatch(/^argument: .*"attributes" or "texture"/);
+    expect(said.shader).toMatch(/^argument: .*own.*ShaderMaterial.*exclude it/);
+    expect(said.later).toMatch(/^argument: .*own.*ShaderMaterial/);
+  }
+  expect(isSame).toBe(true);
+}
+
 /** What cannot be bound or played is refused with a sentence, and nothing changes. */
 export async function expectRefusals(page: Page, stage: Stage): Promise<void> {
   const { problems, call } = await open(page, stage);

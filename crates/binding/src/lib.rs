@@ -10,11 +10,13 @@ mod file;
 mod player;
 mod report;
 mod rig;
+mod vertex_stage;
 
 pub use binding::{Binding, Fingerprint, MeshBinding, Rows, fingerprint_of_body};
 pub use binding::{fingerprint_of_mesh, row_turn};
 pub use error::BindingError;
 pub use file::BINDING_VERSION;
-pub use player::{Player, Surface};
+pub use player::{Change, Player, Surface};
 pub use report::{CLOSE_M, MeshReport, Proportions, RegionOff, Report};
 pub use rig::{Bone, Rig, SkinJoint, Turned, rotation_of};
+pub use vertex_stage::{SOURCES_PER_LINE, VERTEX_NUMBERS};

@@ -5,21 +5,24 @@ use glam::{Mat3, Mat3A, Quat, Vec3, Vec3A};
 
 use crate::binding::{Binding, MeshBinding};
 use crate::error::BindingError;
+use crate::vertex_stage::SOURCES_PER_LINE;
 
-/// How far a vertex moves and how much its normal changes; a row's, or the body's.
+/// How far a vertex moves and how much its normal changes; a row's, or the body's. Two times four floats, of
+/// which the fourth means nothing.
 #[derive(Clone, Copy, Debug, Default)]
-struct Change {
+#[repr(C)]
+pub struct Change {
     /// Metres.
-    offset_m: Vec3A,
+    pub offset_m: Vec3A,
     /// Of the unit normal.
-    normal: Vec3A,
+    pub normal: Vec3A,
 }
 
 /// A vertex of the body in a row: its place in [`Player::changes`], and its weight.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
-    place: u32,
-    weight: f32,
+pub(crate) struct Entry {
+    pub(crate) place: u32,
+    pub(crate) weight: f32,
 }
 
 /// The body's changes on an avatar's meshes, frame by frame.
@@ -30,8 +33,8 @@ pub struct Player {
     sources: Vec<u32>,
     /// The body's normals without offsets, `[source]`.
     still_normals: Vec<Vec3A>,
-    /// `[source]`.
-    changes: Vec<Change>,
+    /// `[source]`, padded to whole lines of a texture.
+    pub(crate) changes: Vec<Change>,
     /// Where each row's entries begin, and where the last ones end.
     starts: Vec<u32>,
     entries: Vec<Entry>,
@@ -40,22 +43,24 @@ pub struct Player {
     /// In the avatar's bind pose, `[row]`.
     of_rows: Vec<Change>,
     surfaces: Vec<Surface>,
+    /// Whether a vertex stage works out rows and surfaces.
+    pub(crate) leaves_surfaces: bool,
 }
 
 /// The surface of a mesh that an engine draws: its own positions and normals with those of the body's
 /// tissue on them, in the mesh's own space before skinning.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Surface {
     /// The mesh's name.
     name: String,
-    vertices: Vec<MovingVertex>,
+    pub(crate) vertices: Vec<MovingVertex>,
     /// From a row's offset in metres to the mesh's own unit and axes.
-    mesh_from_row: Mat3A,
+    pub(crate) mesh_from_row: Mat3A,
     /// The same for normals.
-    normals_from_row: Mat3A,
+    pub(crate) normals_from_row: Mat3A,
     /// How joints that were bound in different poses turn each vertex; empty where they were bound in
     /// one.
-    turns: Vec<Quat>,
+    pub(crate) turns: Vec<Quat>,
     still_positions: Vec<f32>,
     still_normals: Vec<f32>,
     still_tangents: Vec<f32>,
@@ -67,11 +72,11 @@ pub struct Surface {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct MovingVertex {
-    vertex: u32,
-    row: u32,
+pub(crate) struct MovingVertex {
+    pub(crate) vertex: u32,
+    pub(crate) row: u32,
     /// How much of the row it takes.
-    share: f32,
+    pub(crate) share: f32,
 }
 
 impl Player {
@@ -103,7 +108,7 @@ impl Player {
         };
         Self {
             still_normals: sources.iter().map(normal).collect(),
-            changes: vec![Change::default(); sources.len()],
+            changes: vec![Change::default(); sources.len().next_multiple_of(SOURCES_PER_LINE)],
             starts: rows.starts.clone(),
             entries: entries.collect(),
             turns: rows
@@ -113,6 +118,7 @@ impl Player {
                 .collect(),
             of_rows: vec![Change::default(); rows.len()],
             surfaces: Vec::new(),
+            leaves_surfaces: false,
             sources,
             binding,
         }
@@ -126,6 +132,11 @@ impl Player {
     /// The surfaces, in the order in which they were added.
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
+    }
+
+    /// The entries of a row.
+    pub(crate) fn entries_of(&self, row: usize) -> &[Entry] {
+        &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 
     /// Adds a surface of the binding's mesh number `mesh` and gives its own number.
@@ -201,6 +212,9 @@ impl Player {
                 offset_m: offsets_m[source].into(),
                 normal: Vec3A::from(normals[source]) - self.still_normals[at],
             };
+        }
+        if self.leaves_surfaces {
+            return;
         }
         let ranges = self.starts.windows(2);
         for ((range, turn), out) in ranges.zip(&self.turns).zip(&mut self.of_rows) {

@@ -5,9 +5,9 @@
 
 use std::path::{Path, PathBuf};
 
-use dynaskin_binding::{Binding, BindingError, Player};
+use dynaskin_binding::{Binding, BindingError, Player, SOURCES_PER_LINE, VERTEX_NUMBERS};
 use dynaskin_body::BodyModel;
-use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3, Vec3A};
 use serde_json::{Value, json};
 
 fn file(name: &str) -> PathBuf {
@@ -113,6 +113,68 @@ fn a_frame_is_what_the_binding_says() {
         // The body's normals have not changed.
         let normals = surface.normals().as_chunks::<3>().0;
         assert!(normals.iter().all(|normal| *normal == [0.0, 1.0, 0.0]));
+    }
+}
+
+#[test]
+fn a_vertex_stage_makes_the_same_surface() {
+    let (body, mut binding) = bound();
+    let offsets_m = rough_m(&body);
+    let turned = binding.meshes[1].vertices.iter();
+    let turn = |vertex: &u32| Quat::from_rotation_x(0.01 * *vertex as f32);
+    binding.meshes[1].turns = turned.map(turn).collect();
+    let share = |vertex: usize| [1.0, 0.5, 0.0][vertex % 3];
+    let normals: Vec<Vec3> = offsets_m
+        .iter()
+        .map(|offset| (Vec3::Y + 10.0 * *offset).normalize())
+        .collect();
+    for surface in 0..binding.meshes.len() {
+        let vertex_count = binding.meshes[surface].vertex_count as usize;
+        let shares: Vec<f32> = (0..vertex_count).map(share).collect();
+        let mut alone = Player::new(binding.clone(), &body, &vec![Vec3::Y; body.vertex_count()]);
+        let up: Vec<f32> = [0.0, 1.0, 0.0].repeat(vertex_count);
+        alone
+            .add_surface(surface, &vec![0.0; 3 * vertex_count], &up, &shares)
+            .unwrap();
+        alone.update(&offsets_m, &normals);
+        let wanted = alone.surfaces()[0].clone();
+        let rows = alone.vertex_rows(0).unwrap();
+        let [of_offsets, of_normals] = alone.mesh_from_row(0).unwrap();
+        let unit = of_offsets.determinant().abs().cbrt();
+        let range = wanted.moving();
+        assert_eq!(rows.len(), VERTEX_NUMBERS * range.len());
+        for (numbers, vertex) in rows.as_chunks::<VERTEX_NUMBERS>().0.iter().zip(range) {
+            let (mut offset, mut normal) = (Vec3A::ZERO, Vec3A::ZERO);
+            for [place, weight] in numbers[..16].as_chunks::<2>().0 {
+                let change = &alone.changes()[*place as usize];
+                offset += change.offset_m * *weight;
+                normal += change.normal * *weight;
+            }
+            let row = Quat::from_slice(&numbers[16..]);
+            let own = Quat::from_slice(&numbers[20..]);
+            offset = own * (of_offsets * (row * offset));
+            normal = own * (of_normals * (row * normal));
+            let at = 3 * vertex as usize;
+            let shown = Vec3A::from_slice(&wanted.positions()[at..]);
+            assert!(shown.distance(offset) < 1e-6 * unit, "{vertex}");
+            let shown = Vec3A::from_slice(&wanted.normals()[at..]);
+            assert!(
+                shown.distance((Vec3A::Y + normal).normalize()) < 1e-5,
+                "{vertex}"
+            );
+        }
+        // A surface that is left to a vertex stage stays as it is; the changes go on.
+        alone.leave_surfaces();
+        alone.update(&vec![Vec3::ZERO; offsets_m.len()], &normals);
+        assert_eq!(alone.surfaces()[0].positions(), wanted.positions());
+        assert!(
+            alone
+                .changes()
+                .iter()
+                .all(|change| change.offset_m == Vec3A::ZERO)
+        );
+        assert_eq!(alone.changes().len() % SOURCES_PER_LINE, 0);
+        assert!(alone.vertex_rows(1).is_err());
     }
 }
 

@@ -1,6 +1,6 @@
 //! Bindings, and the tissue that they play on somebody else's avatar.
 
-use dynaskin_binding::{Binding, BindingError, Player, Report};
+use dynaskin_binding::{Binding, BindingError, Player, Report, SOURCES_PER_LINE};
 use glam::{DAffine3, DMat4, Vec3};
 use serde_json::{Value, json};
 use wasm_bindgen::prelude::*;
@@ -161,6 +161,48 @@ impl CoreTissue {
     /// Says whether a surface is seen; others stay as they are.
     pub fn show(&mut self, surface: usize, is_shown: bool) {
         self.player.show(surface, is_shown);
+    }
+
+    /// Leaves positions, normals and tangents of the surfaces as they are from now on, for a vertex stage that
+    /// reads the changes by itself.
+    #[wasm_bindgen(js_name = leaveSurfaces)]
+    pub fn leave_surfaces(&mut self) {
+        self.player.leave_surfaces();
+    }
+
+    /// Address of what the body's vertices that rows name have changed by, f32 `[source][8]`: metres and one
+    /// unused number, of the unit normal and one unused number.
+    #[wasm_bindgen(js_name = changesPtr)]
+    pub fn changes_ptr(&self) -> usize {
+        self.player.changes().as_ptr() as usize
+    }
+
+    /// Texels of a line of the texture that holds the changes, and its lines.
+    #[wasm_bindgen(js_name = changesSize)]
+    pub fn changes_size(&self) -> Vec<u32> {
+        let lines = self.player.changes().len() / SOURCES_PER_LINE;
+        vec![2 * SOURCES_PER_LINE as u32, lines as u32]
+    }
+
+    /// What a vertex stage needs to know of each vertex of a surface, from the first that moves to the last,
+    /// f32 `[vertex][24]`: eight pairs of a place in the changes and a weight, the row's turn, the vertex's turn.
+    ///
+    /// # Errors
+    /// Throws `binding` for a binding that has more than eight entries in a row.
+    #[wasm_bindgen(js_name = vertexRows)]
+    pub fn vertex_rows(&self, surface: usize) -> Result<Vec<f32>, JsValue> {
+        Ok(self.player.vertex_rows(surface).map_err(Thrown::from)?)
+    }
+
+    /// From a row's offset to a surface's own unit and axes, and the same for normals: two times nine numbers,
+    /// column-major.
+    ///
+    /// # Errors
+    /// Throws `binding` for a surface that is not there.
+    #[wasm_bindgen(js_name = meshFromRow)]
+    pub fn mesh_from_row(&self, surface: usize) -> Result<Vec<f32>, JsValue> {
+        let both = self.player.mesh_from_row(surface).map_err(Thrown::from)?;
+        Ok(both.iter().flat_map(|one| one.to_cols_array()).collect())
     }
 
     /// Makes a surface's offsets so many times as large, for an engine that takes some of them away.

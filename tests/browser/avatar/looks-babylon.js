@@ -8,6 +8,7 @@ import { ShadowGenerator } from "@babylonjs/core/Lights/Shadows/shadowGenerator.
 import "@babylonjs/core/Lights/Shadows/shadowGeneratorSceneComponent.js";
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
 import { LoadAssetContainerAsync } from "@babylonjs/core/Loading/sceneLoader.js";
+import { ShaderMaterial } from "@babylonjs/core/Materials/shaderMaterial.js";
 import { StandardMaterial } from "@babylonjs/core/Materials/standardMaterial.js";
 import { Color3, Color4 } from "@babylonjs/core/Maths/math.color.js";
 import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
@@ -52,11 +53,13 @@ export function startBabylon(webgpu) {
     const paper = new StandardMaterial("paper", scene);
     paper.disableLighting = true;
     paper.emissiveColor = Color3.White();
+    const standard = new StandardMaterial("standard", scene);
+    standard.diffuseColor = new Color3(0.7, 0.5, 0.4);
     const skin = mesh.material;
     await scene.whenReadyAsync();
 
     const draw = async (look) => {
-      mesh.material = look === "outline" ? paper : skin;
+      mesh.material = look === "outline" ? paper : look === "standard" ? standard : skin;
       mesh.useVertexColors = look !== "outline";
       mesh.renderOutline = look === "outline";
       wall.setEnabled(look === "shadow");
@@ -91,8 +94,41 @@ export function startBabylon(webgpu) {
         textures: engine.getLoadedTexturesCache().length,
       }),
       geometry: () => mesh.geometry,
+      materials: () => [mesh.material, mesh.material.shadowDepthWrapper, mesh.geometry],
+      kinds: ["surface", "shadow", "standard"],
+      unfit: (open) => unfit(open, mesh, webgpu),
     };
   });
+}
+
+/** Attempts that `write: "texture"` refuses. */
+function unfit(open, mesh, webgpu) {
+  if (webgpu) return { renderer: () => open("texture") };
+  const skin = mesh.material;
+  const give = (work) => {
+    mesh.material = new ShaderMaterial("own", mesh.getScene(), {
+      vertexSource: "",
+      fragmentSource: "",
+    });
+    try {
+      work();
+    } finally {
+      mesh.material.dispose();
+      mesh.material = skin;
+    }
+  };
+  return {
+    way: () => open("pixels"),
+    shader: () => give(() => open("texture")),
+    later() {
+      const tissue = open("texture");
+      try {
+        give(() => {});
+      } finally {
+        tissue.dispose();
+      }
+    },
+  };
 }
 
 async function createEngine(canvas, webgpu) {

@@ -26,14 +26,23 @@ export function startThree(webgpu) {
     // White; the outlines of WebGPURenderer are of toon materials alone.
     const paper = new THREE.MeshToonMaterial({ color: 0, emissive: 0xffffff });
     const skin = mesh.material;
-    scene.add(createSun(), createWall(), new THREE.HemisphereLight(0xffffff, 0xb0a090, 1.2), root);
+    const kinds = createMaterials(skin);
+    // Its shadows are drawn by distance.
+    const lamp = new THREE.PointLight(0xffffff, 60);
+    lamp.position.set(3, 2, 2);
+    lamp.castShadow = true;
+    lamp.visible = false;
+    const sun = createSun();
+    scene.add(lamp, sun, createWall(), new THREE.HemisphereLight(0xffffff, 0xb0a090, 1.2), root);
     const aside = createCameraAside();
 
     const draw = async (look) => {
       await new Promise(requestAnimationFrame);
-      mesh.material = look === "outline" ? paper : skin;
+      mesh.material = look === "outline" ? paper : (kinds[look] ?? skin);
+      lamp.visible = look === "shadow-distance";
+      sun.visible = !lamp.visible;
       if (look === "outline") drawOutline();
-      else renderer.render(scene, look === "shadow" ? aside : camera);
+      else renderer.render(scene, look.startsWith("shadow") ? aside : camera);
       return renderer.domElement.toDataURL();
     };
     return {
@@ -55,8 +64,17 @@ export function startThree(webgpu) {
       },
       wrap: (object) => new THREE.Group().add(object),
       show: (isShown) => Object.assign(root, { visible: isShown }),
-      counts: () => ({ ...countsOf(renderer.info.memory) }),
+      counts: () => ({
+        ...countsOf(renderer.info.memory),
+        programs: renderer.info.programs?.length,
+      }),
       geometry: () => mesh.geometry,
+      materials: () => [
+        ...[mesh.material, mesh.customDepthMaterial, mesh.customDistanceMaterial],
+        ...[mesh.onBeforeRender, Object.hasOwn(mesh, "onBeforeRender"), mesh.geometry],
+      ],
+      kinds: ["surface", "shadow", "shadow-distance", "outline", ...Object.keys(kinds)],
+      unfit: (open) => unfit(open, mesh, webgpu && (() => renderer.render(scene, camera))),
     };
   });
 }
@@ -103,6 +121,60 @@ function createCameraAside() {
   const aside = new THREE.OrthographicCamera(-1.3, 1.3, 1.3, -1.3, 0.01, 5);
   aside.position.set(-3, 0.2, -1);
   return aside;
+}
+
+/** Materials whose vertex stage takes tissue, beside the standard one. */
+function createMaterials({ map }) {
+  const { MeshPhysicalMaterial: Physical } = THREE;
+  const glass = { transparent: true, opacity: 0.6, side: THREE.DoubleSide, forceSinglePass: false };
+  return {
+    physical: new Physical({ map, clearcoat: 1, sheen: 1 }),
+    toon: new THREE.MeshToonMaterial({ color: 0xc09080 }),
+    lambert: new THREE.MeshLambertMaterial({ color: 0xc09080 }),
+    phong: new THREE.MeshPhongMaterial({ color: 0xc09080 }),
+    basic: new THREE.MeshBasicMaterial({ color: 0xc09080 }),
+    matcap: new THREE.MeshMatcapMaterial({ color: 0xc09080 }),
+    normal: new THREE.MeshNormalMaterial(),
+    glass: new THREE.MeshStandardMaterial({ color: 0xc09080, ...glass }),
+  };
+}
+
+/** Attempts that `write: "texture"` refuses. */
+function unfit(open, mesh, drawWithAnother) {
+  const skin = mesh.material;
+  const give = (material, work) => {
+    mesh.material = material;
+    try {
+      work();
+    } finally {
+      mesh.material = skin;
+    }
+  };
+  const own = new THREE.ShaderMaterial({ name: "own" });
+  const attempts = {
+    way: () => open("pixels"),
+    shader: () => give(own, () => open("texture")),
+    later() {
+      const tissue = open("texture");
+      try {
+        give(own, () => {});
+      } finally {
+        tissue.dispose();
+      }
+    },
+  };
+  if (!drawWithAnother) return attempts;
+  return {
+    ...attempts,
+    renderer() {
+      const tissue = open("texture");
+      try {
+        drawWithAnother();
+      } finally {
+        tissue.dispose();
+      }
+    },
+  };
 }
 
 const copy = ({ array }) => Float32Array.from(array);

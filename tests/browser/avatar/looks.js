@@ -25,6 +25,9 @@ const STRENGTH = 3;
  * @property {(isShown: boolean) => void} show
  * @property {() => Record<string, number>} counts what the engine holds
  * @property {() => any} geometry
+ * @property {string[]} kinds looks that a vertex stage is to draw as attributes are drawn
+ * @property {() => any[]} materials all that draws the mesh: what it had before is to be there after
+ * @property {(open: (write: any) => any) => Record<string, () => unknown>} unfit attempts that are refused
  */
 
 /** @type {Stand & { model: import("dynaskin").Model }} */
@@ -112,6 +115,124 @@ export async function compareLooks() {
       wrong: largestBetween(picked, pickedFrozen),
     },
     pictures,
+  };
+}
+
+/** What is seen where the vertex stage adds the tissue, against attributes that have it. */
+export async function compareWrites() {
+  const binding = await bind();
+  /** @type {Record<string, string>} */
+  const pictures = {};
+  const drawAll = async (/** @type {string} */ name, /** @type {any} */ shown) => {
+    for (const look of stand.kinds) pictures[`${look}-${name}`] = await stand.draw(look);
+    stand.morph(0.4);
+    shown?.show();
+    pictures[`morph-${name}`] = await stand.draw("surface");
+    stand.morph(0);
+    shown?.show();
+  };
+  const still = stand.shown();
+  const materials = stand.materials();
+  const open = (/** @type {any} */ root, /** @type {"attributes" | "texture"} */ write) =>
+    new stand.AvatarTissue(stand.model, root, binding, { write });
+  const written = open(stand.root, "attributes");
+  land(written);
+  await drawAll("attributes", written);
+  written.avatar.strength = 0;
+  written.show();
+  await drawAll("plain", written);
+  written.dispose();
+  const tissue = open(stand.root, "texture");
+  land(tissue);
+  await drawAll("texture", tissue);
+  const untouched = stand.shown();
+  // A clone beside it has textures of its own, though they share materials.
+  const twin = stand.clone();
+  const second = open(twin.root, "texture");
+  land(second, 0);
+  stand.show(false);
+  pictures["clone-plain"] = await stand.draw("surface");
+  second.avatar.strength = STRENGTH;
+  second.show();
+  pictures["clone-texture"] = await stand.draw("surface");
+  stand.show(true);
+  twin.show(false);
+  tissue.avatar.strength = 0;
+  tissue.show();
+  pictures["surface-still"] = await stand.draw("surface");
+  second.dispose();
+  twin.remove();
+  const { notes } = tissue;
+  tissue.avatar.strength = STRENGTH;
+  tissue.show();
+  pictures["surface-again"] = await stand.draw("surface");
+  pictures["shadow-again"] = await stand.draw("shadow");
+  tissue.dispose();
+  const after = stand.materials();
+  await drawAll("after");
+  const counts = stand.counts();
+  const third = open(stand.root, "texture");
+  third.show();
+  for (const look of ["surface", "shadow"]) await stand.draw(look);
+  third.dispose();
+  for (const look of ["surface", "shadow"]) await stand.draw(look);
+  /** @type {Record<string, { moved: number, wrong: number, left: number }>} */
+  const looks = {};
+  for (const look of [...stand.kinds, "morph"]) {
+    const share = (/** @type {string} */ a, /** @type {string} */ b) =>
+      differingShare(pictures[`${look}-${a}`], pictures[`${look}-${b}`]);
+    looks[look] = {
+      moved: await share("plain", "texture"),
+      wrong: await share("attributes", "texture"),
+      left: await share("plain", "after"),
+    };
+  }
+  return {
+    looks,
+    clone: {
+      moved: await differingShare(pictures["clone-plain"], pictures["clone-texture"]),
+      wrong: await differingShare(pictures["surface-texture"], pictures["clone-texture"]),
+      // The first is still where the second left it.
+      firstIsPlain: await differingShare(pictures["surface-still"], pictures["clone-plain"]),
+      again: await differingShare(pictures["surface-texture"], pictures["surface-again"]),
+      shadowAgain: await differingShare(pictures["shadow-texture"], pictures["shadow-again"]),
+    },
+    notes,
+    isUntouched: still.positions.every((number, idx) => number === untouched.positions[idx]),
+    isGivenBack: materials.every(
+      (/** @type {any} */ one, /** @type {number} */ idx) => one === after[idx],
+    ),
+    counts: [counts, stand.counts()],
+    pictures: Object.fromEntries(
+      Object.entries(pictures).map(([name, url]) => [`write-${name}`, url]),
+    ),
+  };
+}
+
+/** What `write: "texture"` refuses, in which words; whether anything was changed. */
+export async function refuseWrites() {
+  const binding = await bind();
+  const before = stand.materials();
+  /** @type {Record<string, string>} */
+  const said = {};
+  for (const [name, attempt] of Object.entries(
+    stand.unfit((/** @type {any} */ write) => {
+      const tissue = new stand.AvatarTissue(stand.model, stand.root, binding, { write });
+      tissue.update(1 / 60);
+      return tissue;
+    }),
+  )) {
+    try {
+      await attempt();
+      said[name] = "nothing";
+    } catch (error) {
+      said[name] = `${error.code}: ${error.message}`;
+    }
+  }
+  const after = stand.materials();
+  return {
+    said,
+    isSame: before.every((/** @type {any} */ one, /** @type {number} */ idx) => one === after[idx]),
   };
 }
 

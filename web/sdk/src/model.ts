@@ -103,7 +103,7 @@ export class Body {
   atRest(): RestBody | null {
     if (!this.#raw) return null;
     const avatar = this.createAvatar();
-    const rest = { positions: avatar.positions.slice(), pelvisM: avatar.restJointsM() };
+    const rest = { positions: avatar.positions.slice(), jointsM: avatar.restJointsM() };
     avatar.dispose();
     return rest;
   }

@@ -1,4 +1,4 @@
-import { Avatar, type Model, Motion, restPose } from "dynaskin";
+import { Avatar, JOINT_NAMES, type JointName, type Model, Motion, restPose } from "dynaskin";
 import { DynaSkin } from "dynaskin/three";
 import {
   Bone,
@@ -205,6 +205,60 @@ describe("DynaSkin in three.js", () => {
       skin.dispose();
       avatar.dispose();
     }
+  });
+
+  it("finds them for an avatar in a worker", async () => {
+    const { mesh } = await loadBody();
+    const vertices = reorder(mesh, (all) => all.toReversed());
+    const remote = await createThreadAvatar(SHAPE);
+    const skin = new DynaSkin(remote, mesh);
+    const expected = vertices.flatMap((vertex) => [
+      ...remote.positions.subarray(3 * vertex, 3 * vertex + 3),
+    ]);
+    expect(largestDifference(drawnPositions(mesh), expected)).toBeLessThan(4e-6);
+    skin.dispose();
+    remote.dispose();
+  });
+
+  it("finds the vertices of a mesh that lies where numbers are coarse", async () => {
+    // Blender takes the units of a quantised file for metres, and moves each joint there by itself.
+    const away = [0, 8619.249, 0];
+    const { mesh } = await loadBody();
+    const { skeleton } = mesh;
+    const still = model.createAvatar();
+    const { positions: restM } = still;
+    const jointsM = still.restJointsM();
+    const placed = Float32Array.from(jointsM, (metres, idx) => metres + (away[idx % 3] ?? 0));
+    const vertices = reorder(mesh, (all) =>
+      all.toReversed().flatMap((vertex) => (vertex % 3 === 0 ? [vertex, vertex] : [vertex])),
+    );
+    const { skinIndex, skinWeight } = mesh.geometry.attributes;
+    const jointOf = skeleton.bones.map(({ name }) => JOINT_NAMES.indexOf(name as JointName));
+    const numbers = Float32Array.from({ length: 3 * vertices.length }, (_, idx) => {
+      const [at, axis] = [Math.floor(idx / 3), idx % 3];
+      let sum = 0;
+      for (let slot = 0; slot < 4; slot += 1) {
+        const joint = 3 * (jointOf[skinIndex?.getComponent(at, slot) ?? 0] ?? 0) + axis;
+        const own = (restM[3 * (vertices[at] ?? 0) + axis] ?? 0) - (jointsM[joint] ?? 0);
+        sum += (skinWeight?.getComponent(at, slot) ?? 0) * ((placed[joint] ?? 0) + own);
+      }
+      return sum;
+    });
+    mesh.geometry.setAttribute("position", new BufferAttribute(numbers, 3));
+    for (const [idx, bone] of skeleton.bones.entries()) {
+      const [x = 0, y = 0, z = 0] = placed.subarray(3 * (jointOf[idx] ?? 0));
+      skeleton.boneInverses[idx]?.makeTranslation(-x, -y, -z);
+      if (bone.name === "pelvis") bone.position.set(x, y, z);
+    }
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    hop(skin, avatar);
+    const { positions } = avatar.skinned();
+    const expected = vertices.flatMap((vertex) => [
+      ...positions.subarray(3 * vertex, 3 * vertex + 3),
+    ]);
+    expect(largestDifference(drawnPositions(mesh), expected)).toBeLessThan(4e-6);
+    for (const each of [skin, avatar, still]) each.dispose();
   });
 
   it("hands over the normals of the moved surface", async () => {

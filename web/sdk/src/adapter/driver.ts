@@ -13,7 +13,7 @@ import {
   restOffsetM,
   type TissueSource,
 } from "./rig.js";
-import { findVertexMap } from "./vertex-map.js";
+import { findVertexMap, type MeshSkin } from "./vertex-map.js";
 
 /**
  * A skinned mesh as its engine has it: what a {@link SkinDriver} asks an engine to do. Joints are
@@ -30,6 +30,8 @@ export interface EngineRig {
   readonly bindPelvisM: readonly [number, number, number];
   /** Rest positions of the mesh as it was given, from the pelvis, `[vertex][x, y, z]`, metres. */
   restFromPelvisM(): Float32Array;
+  /** How the mesh as it was given follows the joints. */
+  skin(): MeshSkin;
   /** Shows {@link positions} and {@link normals} from now on. Changes the mesh for the first time. */
   attach(): void;
   /** Gives the mesh back what it had. */
@@ -79,7 +81,7 @@ export abstract class SkinDriver<Mesh extends object> {
     checkSource(avatar, options);
     const rig = rigOf();
     const meshM = rig.restFromPelvisM();
-    const vertexMap = options.vertexMap ?? findVertexMap(meshM, avatar);
+    const vertexMap = options.vertexMap ?? findVertexMap(meshM, avatar, () => rig.skin());
     checkVertices(rig.positions.length / 3, avatar.positions.length / 3, vertexMap);
     this.avatar = avatar;
     this.mesh = mesh;

@@ -34,8 +34,7 @@ export interface RigOptions {
   boneNames?: Partial<Record<JointName, string>>;
   /**
    * The body's vertex for each vertex of the mesh, if they differ. The adapter finds it by rest positions for
-   * meshes that were renumbered, split at seams or had parts left out. An avatar in a worker does not have
-   * the rest positions: without this option both must have the same vertices in the same order.
+   * meshes that were renumbered, split at seams or had parts left out.
    */
   vertexMap?: ArrayLike<number>;
 }

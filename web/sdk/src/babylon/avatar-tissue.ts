@@ -16,6 +16,7 @@ import {
   TissueDriver,
   type TissueOptions,
 } from "../bind/tissue.js";
+import type { BodyChanges, SurfaceRows } from "../bind/vertex-stage.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
 import { withSurface } from "./own-geometry.js";
@@ -28,6 +29,7 @@ import {
   worldOf,
 } from "./read-avatar.js";
 import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
+import { checkMeshes, VertexStage } from "./vertex-stage.js";
 
 /** How an avatar of Babylon.js is bound. */
 export interface BindOptions extends AnyBindOptions {
@@ -162,6 +164,13 @@ class Surface implements AvatarSurface {
     this.#own = null;
   }
 
+  /** Gives clones of meshes with tissue the geometry without it. */
+  makePlain(): void {
+    for (const mesh of this.meshes) {
+      if (mesh.geometry !== this.#source) apply(this.#source, mesh);
+    }
+  }
+
   upload({ positions, normals, tangents }: SurfaceArrays): void {
     this.#own?.updateVerticesData(VertexBuffer.PositionKind, positions, false);
     if (normals.length > 0) {
@@ -190,6 +199,7 @@ class BabylonAvatar implements AvatarRig<Mesh> {
   readonly surfaces: Surface[] = [];
   readonly #root: TransformNode;
   #attached: Surface[] = [];
+  #stage: VertexStage | null = null;
   #bones: TransformNode[] = [];
   /** Bones and what is above them, from the root downwards. */
   #path: TransformNode[] = [];
@@ -242,8 +252,26 @@ class BabylonAvatar implements AvatarRig<Mesh> {
     for (const surface of this.#attached) surface.attach();
   }
 
+  checkVertexStage(): string[] {
+    return checkMeshes(this.meshes);
+  }
+
+  attachVertexStage(changes: BodyChanges, moving: readonly SurfaceRows[]): void {
+    const staged = moving.flatMap(({ idx, rows }) => {
+      const surface = this.surfaces[idx];
+      surface?.makePlain();
+      return surface ? [{ meshes: surface.meshes, rows }] : [];
+    });
+    this.#stage = new VertexStage(changes, staged);
+  }
+
+  uploadChanges(): void {
+    this.#stage?.upload();
+  }
+
   detach(): void {
     for (const surface of this.#attached) surface.detach();
+    this.#stage?.detach();
   }
 
   holdBones(): void {

@@ -23,6 +23,7 @@ import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
+import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
 import { withSurface } from "./own-geometry.js";
@@ -102,6 +103,20 @@ class BabylonRig implements EngineRig {
     return vectorsOf(this.#mesh, VertexBuffer.PositionKind).map(
       (number, idx) => number / (perM[idx % 3] ?? 1) - (pelvisM[idx % 3] ?? 0),
     );
+  }
+
+  skin(): MeshSkin {
+    const mesh = this.#mesh;
+    const bones = this.#joints.map(({ bone }) => bone.getIndex());
+    const inverses = this.#joints.map(({ bone }) => bone.getAbsoluteInverseBindMatrix().asArray());
+    return {
+      positions: vectorsOf(mesh, VertexBuffer.PositionKind),
+      joints: Int16Array.from(vectorsOf(mesh, VertexBuffer.MatricesIndicesKind), (bone) =>
+        bones.indexOf(bone),
+      ),
+      weights: vectorsOf(mesh, VertexBuffer.MatricesWeightsKind),
+      jointFromMesh: Float64Array.from(inverses.flatMap((inverse) => [...inverse])),
+    };
   }
 
   attach(): void {

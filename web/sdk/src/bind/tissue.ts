@@ -2,14 +2,22 @@
 import { claimMesh, releaseMesh } from "../adapter/rig.js";
 import type { Avatar } from "../avatar.js";
 import { checkCallback, checkObject } from "../check.js";
-import { type Core, CoreArray } from "../core.js";
+import type { Core } from "../core.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
 import { checkLength, POSE_LENGTH, type Pose } from "../pose.js";
 import type { PoseSource } from "../pose-source.js";
-import type { CoreBinding, CoreTissue } from "../wasm/core.js";
+import type { CoreTissue } from "../wasm/core.js";
 import { Binding, checkModel } from "./binding.js";
+import { addSurfaces, type Moving, meshOf } from "./moving.js";
 import { checkSpringBones, type SpringBones } from "./springs.js";
+import {
+  BodyChanges,
+  checkWrite,
+  rowsOf,
+  type SurfaceRows,
+  type TissueWrite,
+} from "./vertex-stage.js";
 
 /** How tissue is played on an avatar. */
 export interface TissueOptions<Mesh, Material> {
@@ -27,6 +35,13 @@ export interface TissueOptions<Mesh, Material> {
   springBones?: SpringBones;
   /** Where the poses come from; see `PoseSource`. `display` if left out. */
   poseSource?: PoseSource;
+  /**
+   * How the tissue reaches the meshes. `"attributes"`, if left out: positions, normals and tangents are written each
+   * frame, for every material and renderer, rays and outlines. `"texture"`: one small texture is written, and the
+   * vertex stage of the meshes' materials adds the tissue. That costs the processor less, and is for the standard
+   * materials of WebGL; what else it leaves out is told by `notes` of the tissue.
+   */
+  write?: TissueWrite;
 }
 
 /** Numbers of a matrix. */
@@ -89,8 +104,14 @@ export interface AvatarRig<Mesh extends object> {
    * @returns names of those that are not there
    */
   findBones(bones: readonly RigBone[], bound: readonly number[]): string[];
+  /** What a vertex stage leaves out, a sentence each. Throws `argument` for materials or an engine that have none. */
+  checkVertexStage(): string[];
   /** Shows surfaces of the avatar's own from now on; only those of these numbers move. */
   attach(moving: readonly number[]): void;
+  /** Lets the materials' vertex stage move the surfaces from now on. */
+  attachVertexStage(changes: BodyChanges, moving: readonly SurfaceRows[]): void;
+  /** Hands the body's changes to the vertex stage. */
+  uploadChanges(): void;
   /** Gives the meshes back what they had. */
   detach(): void;
   /** Puts bones back that are not to move by themselves. */
@@ -105,19 +126,6 @@ export interface AvatarRig<Mesh extends object> {
   moveBone(bone: number, by: Float64Array): void;
 }
 
-/** A surface that moves: its number, and its arrays in the core. */
-interface Moving {
-  surface: AvatarSurface;
-  idx: number;
-  positions: CoreArray;
-  normals: CoreArray | null;
-  tangents: CoreArray | null;
-  first: number;
-  end: number;
-  isShown: boolean;
-  gain: number;
-}
-
 /** Plays a binding on the meshes of an avatar of any engine. */
 export abstract class TissueDriver<Mesh extends object> {
   /** The body whose tissue moves the avatar: its controls, detail and timings. It is this object's own. */
@@ -126,6 +134,10 @@ export abstract class TissueDriver<Mesh extends object> {
   readonly binding: Binding;
   /** Vertices that move, over all meshes. */
   readonly movingVertices: number;
+  /** How the tissue reaches the meshes. */
+  readonly write: TissueWrite;
+  /** What this way of writing leaves out, a sentence each; empty for attributes. */
+  readonly notes: readonly string[];
   readonly #core: Core;
   readonly #rig: AvatarRig<Mesh>;
   readonly #bones: WorldMatrices;
@@ -141,7 +153,10 @@ export abstract class TissueDriver<Mesh extends object> {
   ) {
     checkArguments(model, binding, options);
     const core = model.core;
+    const write = checkWrite(options.write);
     const rig = rigOf();
+    this.write = write;
+    this.notes = write === "texture" ? rig.checkVertexStage() : [];
     const raw = binding.open(model);
     // Given back, last first, where the rest fails.
     const taken: (() => void)[] = [];
@@ -167,7 +182,8 @@ export abstract class TissueDriver<Mesh extends object> {
       this.avatar = avatar;
       this.#raw = tissue;
       this.#bones = new WorldMatrices(core, tissue, bones.length);
-      this.#moving = addSurfaces(core, tissue, rig.surfaces, bound);
+      if (write === "texture") core.guard(() => tissue.leaveSurfaces());
+      this.#moving = addSurfaces(core, tissue, { surfaces: rig.surfaces, bound, write });
     } catch (error) {
       for (const giveBack of taken.reverse()) giveBack();
       throw error;
@@ -178,7 +194,7 @@ export abstract class TissueDriver<Mesh extends object> {
     this.#rig = rig;
     this.binding = binding;
     this.movingVertices = this.#moving.reduce((sum, { idx }) => sum + this.#countOf(idx), 0);
-    rig.attach(this.#moving.map(({ idx }) => idx));
+    this.#attach();
   }
 
   /**
@@ -250,6 +266,17 @@ export abstract class TissueDriver<Mesh extends object> {
     this.avatar.dispose();
   }
 
+  #attach(): void {
+    const raw = this.#alive;
+    if (this.write === "attributes") {
+      this.#rig.attach(this.#moving.map(({ idx }) => idx));
+      return;
+    }
+    const changes = new BodyChanges(this.#core, raw);
+    const rows = this.#moving.map(({ idx }) => ({ idx, rows: rowsOf(this.#core, raw, idx) }));
+    this.#rig.attachVertexStage(changes, rows);
+  }
+
   get #alive(): CoreTissue {
     if (this.#raw) return this.#raw;
     throw new DynaSkinError("disposed", "This AvatarTissue was used after dispose().");
@@ -275,8 +302,12 @@ export abstract class TissueDriver<Mesh extends object> {
   }
 
   #upload(): void {
+    if (this.write === "texture") {
+      if (this.#moving.some(({ isShown }) => isShown)) this.#rig.uploadChanges();
+      return;
+    }
     for (const { surface, positions, normals, tangents, first, end, isShown } of this.#moving) {
-      if (!isShown) continue;
+      if (!isShown || !positions) continue;
       const arrays = {
         positions: positions.view,
         normals: normals?.view ?? NONE,
@@ -327,16 +358,6 @@ function checkArguments(model: Model, binding: Binding, options: TissueOptions<n
   checkSpringBones(options.springBones);
 }
 
-function meshOf(core: Core, raw: CoreBinding, { name, positions }: AvatarSurface): number {
-  const mesh = core.guard(() => raw.meshOf(positions));
-  if (mesh >= 0) return mesh;
-  throw new DynaSkinError(
-    "binding",
-    `The binding has no mesh like ${name} (${positions.length / 3} vertices): it was made for another ` +
-      "avatar, or the mesh was changed or added since. Bind this avatar again, or exclude the mesh.",
-  );
-}
-
 function checkBones(missing: readonly string[]): void {
   if (missing.length === 0) return;
   throw new DynaSkinError(
@@ -344,34 +365,6 @@ function checkBones(missing: readonly string[]): void {
     `The avatar has no bone called ${missing.join(", ")}, which the binding needs: it was made for ` +
       "another avatar. Bind this one again.",
   );
-}
-
-/** Those on which nothing moves are left out. */
-function addSurfaces(
-  core: Core,
-  raw: CoreTissue,
-  surfaces: readonly AvatarSurface[],
-  bound: readonly number[],
-): Moving[] {
-  const added = surfaces.map((surface, idx): Moving => {
-    const { positions, normals, tangents, shares } = surface;
-    // Tangents keep to the plane of normals.
-    const hasTangents = normals.length > 0 && tangents.length > 0;
-    return core.guard(() => {
-      raw.addSurface(bound[idx] ?? 0, positions, normals, shares);
-      const [first = 0, end = 0] = raw.moving(idx);
-      if (hasTangents) raw.setTangents(idx, tangents);
-      const array = (locate: () => number, length = positions.length) =>
-        new CoreArray(core, locate, length);
-      return {
-        ...{ surface, idx, first, end, isShown: true, gain: 1 },
-        positions: array(() => raw.positionsPtr(idx)),
-        normals: normals.length > 0 ? array(() => raw.normalsPtr(idx)) : null,
-        tangents: hasTangents ? array(() => raw.tangentsPtr(idx), tangents.length) : null,
-      };
-    });
-  });
-  return added.filter(({ first, end }) => end > first);
 }
 
 /**

@@ -21,6 +21,7 @@ import {
   TissueDriver,
   type TissueOptions,
 } from "../bind/tissue.js";
+import type { BodyChanges, SurfaceRows } from "../bind/vertex-stage.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
 import { withAttributes } from "./own-geometry.js";
@@ -36,6 +37,7 @@ import {
 } from "./read-avatar.js";
 import { lesser, sharesOf } from "./shares.js";
 import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
+import { checkMeshes, makePlain, VertexStage } from "./vertex-stage.js";
 
 /** How an avatar of three.js is bound. */
 export interface BindOptions extends AnyBindOptions {
@@ -153,6 +155,7 @@ class Surface implements AvatarSurface {
       const own = this.#geometries.get(source) ?? withTissue(source, this.#attributes);
       this.#geometries.set(source, own);
       sources.set(own, source);
+      makePlain(mesh);
       mesh.geometry = own;
     }
   }
@@ -208,6 +211,7 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
   readonly surfaces: Surface[] = [];
   readonly #root: Object3D;
   #attached: Surface[] = [];
+  #stage: VertexStage | null = null;
   #bones: Object3D[] = [];
   /** Bones and what is above them, from the root downwards. */
   #path: Object3D[] = [];
@@ -257,8 +261,29 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
     for (const surface of this.#attached) surface.attach();
   }
 
+  checkVertexStage(): string[] {
+    return checkMeshes(this.meshes);
+  }
+
+  attachVertexStage(changes: BodyChanges, moving: readonly SurfaceRows[]): void {
+    const staged = moving.map(({ idx, rows }) => ({
+      meshes: this.surfaces[idx]?.meshes ?? [],
+      rows,
+    }));
+    for (const mesh of staged.flatMap(({ meshes }) => meshes)) {
+      makePlain(mesh);
+      mesh.geometry = sourceOf(mesh);
+    }
+    this.#stage = new VertexStage(changes, staged);
+  }
+
+  uploadChanges(): void {
+    this.#stage?.upload();
+  }
+
   detach(): void {
     for (const surface of this.#attached) surface.detach();
+    this.#stage?.detach();
   }
 
   holdBones(): void {

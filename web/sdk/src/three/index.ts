@@ -21,10 +21,11 @@ import {
 } from "three";
 import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
+import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
 import { withAttributes } from "./own-geometry.js";
-import { vectorsOf } from "./read-avatar.js";
+import { four, vectorsOf } from "./read-avatar.js";
 
 export type { SkinDriver } from "../adapter/driver.js";
 export type { RemoteAvatar, RigOptions, TissueSource } from "../adapter/rig.js";
@@ -136,6 +137,23 @@ class ThreeRig implements EngineRig {
       const axis = idx % 3;
       return (number - position.getComponent(axis)) / scale.getComponent(axis);
     });
+  }
+
+  skin(): MeshSkin {
+    const { geometry, skeleton, bindMatrix } = this.#mesh;
+    const { position: place, skinIndex, skinWeight } = geometry.attributes;
+    const jointOf = skeleton.bones.map((bone) => this.#bones.indexOf(bone));
+    const jointFromMesh = this.#bones.flatMap((bone) => {
+      const inverse = skeleton.boneInverses[skeleton.bones.indexOf(bone)];
+      return inverse ? matrix.multiplyMatrices(inverse, bindMatrix).toArray() : [];
+    });
+    const bones = four(skinIndex, place?.count ?? 0);
+    return {
+      positions: place ? vectorsOf(place) : new Float32Array(0),
+      joints: Int16Array.from(bones, (bone) => jointOf[bone] ?? -1),
+      weights: four(skinWeight, place?.count ?? 0),
+      jointFromMesh: Float64Array.from(jointFromMesh),
+    };
   }
 
   attach(): void {

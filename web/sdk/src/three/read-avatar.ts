@@ -10,6 +10,7 @@ import {
 } from "three";
 import { type AvatarMesh, type AvatarNode, type AvatarParts, unskinned } from "../bind/parts.js";
 import { DynaSkinError } from "../error.js";
+import { plainMaterial } from "./mirror-material.js";
 
 /** What is asked of three-vrm's `VRM`: the bones that it calls a person's. */
 export interface HumanoidSource {
@@ -51,9 +52,9 @@ export function nameOf({ name, userData }: Object3D): string {
   return typeof own === "string" ? own : name;
 }
 
-/** The materials of a mesh. */
+/** The materials of a mesh, as they are without tissue. */
 export function materialsOf({ material }: SkinnedMesh): Material[] {
-  return Array.isArray(material) ? material : [material];
+  return (Array.isArray(material) ? material : [material]).map(plainMaterial);
 }
 
 /** Numbers of an attribute as they are meant, three a vertex, or what it has if that is less. */

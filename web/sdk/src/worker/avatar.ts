@@ -1,4 +1,5 @@
 import type { RemoteAvatar } from "../adapter/rig.js";
+import type { RestBody } from "../adapter/vertex-map.js";
 import type { Avatar, StepTimings } from "../avatar.js";
 import type { RegionName } from "../bundle.js";
 import { checkObject, checkState } from "../check.js";
@@ -27,6 +28,12 @@ import {
 } from "./protocol.js";
 import { checkTimeStep } from "./refusals.js";
 import { Remote } from "./remote.js";
+
+/** What an avatar in a worker shares with its model. */
+interface OfModel {
+  restBody: () => RestBody | null;
+  onDispose: () => void;
+}
 
 /**
  * One body that moves, in a worker.
@@ -73,6 +80,8 @@ export class WorkerAvatar
    * of the pose that the surface belongs to.
    */
   declare readonly skinMatrices: Float32Array;
+  /** The body without shape; null where the worker could not say it. @internal */
+  readonly restBody: () => RestBody | null;
   #shown: Shown;
   #spare: SurfaceArrays | null = null;
   #timings: StepTimings | null = null;
@@ -106,10 +115,11 @@ export class WorkerAvatar
     link: Link,
     id: number,
     { settings, shown }: Calls["createAvatar"]["back"],
-    onDispose: () => void,
+    of: OfModel,
   ) {
     const known = { distanceM: 0, ...settings } as AvatarSettings;
-    super({ link, id, what: "avatar" }, known, onDispose);
+    super({ link, id, what: "avatar" }, known, of.onDispose);
+    this.restBody = of.restBody;
     this.#shown = shown;
   }
 

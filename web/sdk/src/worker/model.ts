@@ -1,3 +1,4 @@
+import type { RestBody } from "../adapter/vertex-map.js";
 import type { Bundle } from "../bundle.js";
 import { checkObject } from "../check.js";
 import type { AvatarOptions } from "../model.js";
@@ -17,6 +18,8 @@ export class WorkerModel {
   readonly bundle: Bundle;
   readonly #link: Link;
   readonly #made = new Set<{ dispose(): void }>();
+  /** The body without shape, once an avatar has brought it. */
+  #rest: RestBody | null = null;
   #isDisposed = false;
 
   /** @internal */
@@ -51,8 +54,13 @@ export class WorkerModel {
     const shape = sentShape(options);
     const link = this.#sound;
     const target = link.nextId();
-    const state = await link.call("createAvatar", { target, ...shape });
-    const avatar = new WorkerAvatar(link, target, state, () => onDispose(avatar));
+    const wantsRest = this.#rest === null;
+    const { rest, ...state } = await link.call("createAvatar", { target, ...shape, wantsRest });
+    if (rest) this.#rest = rest;
+    const restBody = () => this.#rest;
+    const avatar = new WorkerAvatar(link, target, state, {
+      ...{ restBody, onDispose: () => onDispose(avatar) },
+    });
     this.#made.add(avatar);
     if (options.poseSource !== undefined) avatar.poseSource = options.poseSource;
     const { poseCorrectives } = options;

@@ -1,4 +1,5 @@
 // What page and worker say to each other, and the tables that both go by.
+import type { RestBody } from "../adapter/vertex-map.js";
 import type { Avatar, StepTimings } from "../avatar.js";
 import type { AvatarParts, BindWish } from "../bind/parts.js";
 import type { Bundle } from "../bundle.js";
@@ -137,8 +138,9 @@ export interface Calls {
   };
   /** Makes an avatar and calls it `target`. */
   createAvatar: {
-    sent: { target: number; shape?: SentShape };
-    back: State<AvatarSettings> & { shown: Shown };
+    sent: { target: number; shape?: SentShape; wantsRest: boolean };
+    /** `rest` where it was wanted: it is the same for all avatars of a model. */
+    back: State<AvatarSettings> & { shown: Shown; rest?: RestBody };
   };
   /** Makes a crowd and calls it `target`. */
   createCrowd: { sent: { target: number }; back: State<CrowdSettings> };

@@ -80,10 +80,12 @@ const ANSWERS: {
     }
   },
 
-  createAvatar({ target, shape }, transfer) {
+  createAvatar({ target, shape, wantsRest }, transfer) {
     const avatar = theModel().createAvatar(shape ? { shape } : {});
     objects.set(target, avatar);
-    return stateOfAvatar(avatar, transfer);
+    const rest = wantsRest ? avatar.restBody() : null;
+    if (rest) transfer.push(rest.positions.buffer, rest.jointsM.buffer);
+    return { ...stateOfAvatar(avatar, transfer), ...(rest && { rest }) };
   },
 
   createCrowd({ target }) {

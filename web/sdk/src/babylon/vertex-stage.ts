@@ -1,0 +1,261 @@
+// Tissue that the vertex stage of Babylon's standard materials adds.
+
+import type { AbstractEngine } from "@babylonjs/core/Engines/abstractEngine.js";
+import type { Material } from "@babylonjs/core/Materials/material.js";
+import type { MaterialDefines } from "@babylonjs/core/Materials/materialDefines.js";
+import { MaterialPluginBase } from "@babylonjs/core/Materials/materialPluginBase.js";
+import type { MultiMaterial } from "@babylonjs/core/Materials/multiMaterial.js";
+import { ShadowDepthWrapper } from "@babylonjs/core/Materials/shadowDepthWrapper.js";
+import { RawTexture } from "@babylonjs/core/Materials/Textures/rawTexture.js";
+import { Texture } from "@babylonjs/core/Materials/Textures/texture.js";
+import type { UniformBuffer } from "@babylonjs/core/Materials/uniformBuffer.js";
+import type { AbstractMesh } from "@babylonjs/core/Meshes/abstractMesh.js";
+import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
+import type { SubMesh } from "@babylonjs/core/Meshes/subMesh.js";
+import type { Observer } from "@babylonjs/core/Misc/observable.js";
+import type { Scene } from "@babylonjs/core/scene.js";
+import { type BodyChanges, type FloatTexels, VERTEX_STAGE } from "../bind/vertex-stage.js";
+import { DynaSkinError } from "../error.js";
+
+/** What the tissue of a vertex stage does not reach. */
+const NOTES = [
+  "Picking and getPositionData meet the skin without tissue: they read vertices, which stay as they are.",
+  "Outlines, highlights and passes with shaders of their own, such as depth and geometry buffers, draw the skin without tissue.",
+  "Clones and instances without an AvatarTissue of their own show the skin without tissue.",
+];
+
+/** Materials whose vertex shaders take code of plugins before they skin. */
+const STANDARD = new Set([
+  "StandardMaterial",
+  "PBRMaterial",
+  "PBRMetallicRoughnessMaterial",
+  "PBRSpecularGlossinessMaterial",
+]);
+
+/** Babylon's number for textures of floats. */
+const FLOATS = 1;
+/** Babylon's number for WebGL without integers in shaders. */
+const WEBGL_1 = 1;
+const PLUGIN = "dynaskin";
+/** After plugins that change shapes usually do. */
+const PRIORITY = 200;
+
+/** What a mesh's vertices read. */
+interface Textures {
+  readonly changes: RawTexture;
+  readonly rows: RawTexture;
+}
+
+/** Of meshes with tissue. */
+const staged = new WeakMap<AbstractMesh, Textures>();
+
+/** Meshes that show one surface, and what its vertices take. */
+export interface StagedSurface {
+  readonly meshes: readonly Mesh[];
+  readonly rows: FloatTexels;
+}
+
+/**
+ * Refuses what has no vertex stage that takes tissue; gives what is left out.
+ *
+ * @throws DynaSkinError `argument`
+ */
+export function checkMeshes(meshes: readonly Mesh[]): string[] {
+  for (const mesh of meshes) {
+    const { isWebGPU, version } = mesh.getEngine() as AbstractEngine & { version?: number };
+    if (isWebGPU || version === WEBGL_1) {
+      throw new DynaSkinError(
+        "argument",
+        'write: "texture" is for Babylon\'s engine with WebGL 2, and this is another one. Leave write out.',
+      );
+    }
+    materialsOf(mesh).forEach(checkMaterial);
+  }
+  return [...NOTES];
+}
+
+function checkMaterial(material: Material): void {
+  if (STANDARD.has(material.getClassName())) return;
+  throw new DynaSkinError(
+    "argument",
+    `The material ${material.name || "without a name"} is a ${material.getClassName()}, to which ` +
+      'write: "texture" cannot add tissue. Leave write out, give the mesh a StandardMaterial or a PBRMaterial, ' +
+      "or exclude it.",
+  );
+}
+
+function materialsOf(mesh: Mesh): Material[] {
+  const material = mesh.material ?? mesh.getScene().defaultMaterial;
+  const { subMaterials } = material as MultiMaterial;
+  return subMaterials ? subMaterials.flatMap((one) => one ?? []) : [material];
+}
+
+/** The textures of an avatar's tissue, and the materials of its meshes that read them. */
+export class VertexStage {
+  readonly #changes: BodyChanges;
+  readonly #texture: RawTexture | null = null;
+  readonly #rows: RawTexture[] = [];
+  /** The meshes, and what tells of other materials of theirs. */
+  readonly #meshes = new Map<Mesh, Observer<AbstractMesh>>();
+  readonly #plugins = new Set<TissuePlugin>();
+
+  constructor(changes: BodyChanges, surfaces: readonly StagedSurface[]) {
+    this.#changes = changes;
+    const scene = surfaces[0]?.meshes[0]?.getScene();
+    if (!scene) return;
+    this.#texture = textureOf(changes, scene);
+    for (const { meshes, rows } of surfaces) {
+      const texture = textureOf(rows, scene);
+      this.#rows.push(texture);
+      for (const mesh of meshes) {
+        staged.set(mesh, { changes: this.#texture, rows: texture });
+        this.#take(mesh);
+        this.#meshes.set(mesh, this.#follow(mesh));
+      }
+    }
+  }
+
+  /** Hands over the changes. */
+  upload(): void {
+    this.#texture?.update(this.#changes.data);
+  }
+
+  detach(): void {
+    for (const [mesh, observer] of this.#meshes) {
+      observer.remove();
+      staged.delete(mesh);
+    }
+    for (const plugin of this.#plugins) plugin.release();
+    for (const texture of this.#rows) texture.dispose();
+    this.#texture?.dispose();
+  }
+
+  /** Takes other materials that the mesh is given; it keeps what it has where another cannot be taken. */
+  #follow(mesh: Mesh): Observer<AbstractMesh> {
+    let { material } = mesh;
+    return mesh.onMaterialChangedObservable.add(() => {
+      try {
+        this.#take(mesh);
+        material = mesh.material;
+      } catch (error) {
+        mesh.material = material;
+        throw error;
+      }
+    });
+  }
+
+  #take(mesh: Mesh): void {
+    for (const material of materialsOf(mesh)) {
+      checkMaterial(material);
+      const plugin = pluginOf(material);
+      if (this.#plugins.has(plugin)) continue;
+      this.#plugins.add(plugin);
+      plugin.claim();
+    }
+  }
+}
+
+function textureOf({ data, width, height }: FloatTexels, scene: Scene): RawTexture {
+  const sampling = Texture.NEAREST_SAMPLINGMODE;
+  const texture = RawTexture.CreateRGBATexture(
+    ...([data, width, height, scene, false, false, sampling, FLOATS] as const),
+  );
+  texture.name = PLUGIN;
+  return texture;
+}
+
+function pluginOf(material: Material): TissuePlugin {
+  const known = material.pluginManager?.getPlugin<TissuePlugin>(PLUGIN);
+  return known ?? new TissuePlugin(material);
+}
+
+/** Adds tissue to a material, on meshes that have any; other meshes are drawn as without it. */
+class TissuePlugin extends MaterialPluginBase {
+  /** Stages that use it: Babylon cannot take a plugin off, but put it out of use. */
+  #users = 0;
+  #shadows: ShadowDepthWrapper | null = null;
+
+  constructor(material: Material) {
+    super(material, PLUGIN, PRIORITY, { DYNASKIN: false });
+    this.doNotSerialize = true;
+    // Of meshes that share a material, each has textures of its own.
+    this.registerForExtraEvents = true;
+  }
+
+  override getClassName(): string {
+    return "DynaSkinTissuePlugin";
+  }
+
+  claim(): void {
+    this.#users += 1;
+    const material = this._material;
+    if (!material.shadowDepthWrapper) {
+      // The usual shader of shadows knows nothing of plugins.
+      this.#shadows = new ShadowDepthWrapper(material, material.getScene());
+      material.shadowDepthWrapper = this.#shadows;
+    }
+    this._enable(true);
+    this.markAllDefinesAsDirty();
+  }
+
+  release(): void {
+    this.#users -= 1;
+    const material = this._material;
+    if (this.#users === 0 && this.#shadows) {
+      if (material.shadowDepthWrapper === this.#shadows) material.shadowDepthWrapper = null;
+      this.#shadows.dispose();
+      this.#shadows = null;
+    }
+    this.markAllDefinesAsDirty();
+  }
+
+  override prepareDefines(defines: MaterialDefines, _: Scene, mesh: AbstractMesh): void {
+    const { DYNASKIN } = defines as MaterialDefines & { DYNASKIN: boolean };
+    const hasTissue = staged.has(mesh);
+    if (DYNASKIN === hasTissue) return;
+    Object.assign(defines, { DYNASKIN: hasTissue });
+    defines.markAsUnprocessed();
+  }
+
+  override getSamplers(samplers: string[]): void {
+    samplers.push("dynaskinChanges", "dynaskinRows");
+  }
+
+  override hardBindForSubMesh(
+    _buffer: UniformBuffer,
+    _scene: Scene,
+    _engine: AbstractEngine,
+    subMesh: SubMesh,
+  ): void {
+    const textures = staged.get(subMesh.getMesh());
+    if (!textures) return;
+    subMesh.effect?.setTexture("dynaskinChanges", textures.changes);
+    subMesh.effect?.setTexture("dynaskinRows", textures.rows);
+  }
+
+  override getCustomCode(shaderType: string): Record<string, string> | null {
+    return shaderType === "vertex" ? VERTEX_CODE : null;
+  }
+}
+
+const VERTEX_CODE = {
+  CUSTOM_VERTEX_DEFINITIONS: `#ifdef DYNASKIN\n${VERTEX_STAGE}\n#endif`,
+  CUSTOM_VERTEX_UPDATE_POSITION: `
+#ifdef DYNASKIN
+  dynaskinRead();
+  positionUpdated += dynaskinOffset;
+#endif
+`,
+  CUSTOM_VERTEX_UPDATE_NORMAL: `
+#ifdef DYNASKIN
+#ifdef NORMAL
+  vec3 dynaskinOwn = dynaskinUnit(normal + dynaskinNormal, normal);
+  normalUpdated += dynaskinOwn - normal;
+#ifdef TANGENT
+  vec3 dynaskinWithin = tangent.xyz - dynaskinOwn * dot(tangent.xyz, dynaskinOwn);
+  tangentUpdated.xyz += dynaskinUnit(dynaskinWithin, tangent.xyz) - tangent.xyz;
+#endif
+#endif
+#endif
+`,
+};
