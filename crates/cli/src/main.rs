@@ -34,6 +34,8 @@ enum Command {
     Slim(commands::slim::SlimArgs),
     /// Measure a bundle, or compare methods in a report, on clips that they were not trained on.
     Evaluate(commands::evaluate::EvaluateArgs),
+    /// Write a page with a figure or table of the papers, from models and clips of your own.
+    Reproduce(commands::reproduce::ReproduceArgs),
 }
 
 fn main() -> anyhow::Result<()> {
@@ -48,6 +50,7 @@ fn main() -> anyhow::Result<()> {
         Command::Train(args) => commands::train::run(&args),
         Command::Slim(args) => commands::slim::run(&args),
         Command::Evaluate(args) => commands::evaluate::run(&args),
+        Command::Reproduce(args) => commands::reproduce::run(&args),
     }?;
     commands::check_printed()
 }
