@@ -1,6 +1,6 @@
-// node scripts/slurm.mjs [PROGRAM]: runs the Slurm recipe of docs/data-set.md for real, as a job array on this
-// one machine, and compares the clips with those of a run without Slurm. It needs Debian's slurm-wlm and munge,
-// and root. Takes the dynaskin that it compiles, or PROGRAM.
+// node scripts/slurm.mjs [PROGRAM [CAPTURES BODY]]: runs the recipes of docs/many-machines.md for real, as job arrays on
+// this one machine, and compares the files with those of runs without Slurm. It needs Debian's slurm-wlm and munge,
+// and root. Takes the dynaskin that it compiles, or PROGRAM; fits only where it has CAPTURES of a BODY.
 import { spawn, spawnSync } from "node:child_process";
 import { createHash, randomBytes } from "node:crypto";
 import {
@@ -13,7 +13,7 @@ import {
   writeFileSync,
 } from "node:fs";
 import { cpus, hostname, tmpdir, totalmem } from "node:os";
-import { join } from "node:path";
+import { join, relative } from "node:path";
 import { setTimeout as pause } from "node:timers/promises";
 import { cargoTargetDir, MODELS, ROOT } from "./lib/paths.mjs";
 import { bold, main, run, say } from "./lib/run.mjs";
@@ -24,34 +24,25 @@ const SMALL = "--procedural --shapes 1 --no-mirror --limit-frames 40";
 /** Parts of the job array, and the clips of each at most two at a time. */
 const PARTS = 4;
 
-/** The recipe as it stands in the documentation. */
-function recipe() {
-  const text = readFileSync(join(ROOT, "docs", "data-set.md"), "utf8");
-  const blocks = [...text.matchAll(/```sh\n(#!\/bin\/sh\n[\s\S]*?)```/g)].map((match) => match[1]);
-  const found = blocks.find((block) => block.includes("#SBATCH"));
-  if (!found) throw new Error("docs/data-set.md has no recipe with #SBATCH");
-  return found;
+/** The commands of the recipes, as they stand in the documentation, as words: of `simulate`, then of `fit-all`. */
+function recipes() {
+  const text = readFileSync(join(ROOT, "docs", "many-machines.md"), "utf8");
+  const [, block = ""] = /```sh\n(sbatch [\s\S]*?)```/.exec(text) ?? [];
+  const lines = block.replaceAll("\\\n", " ").trim().split("\n");
+  return ["simulate", "fit-all"].map((command) => {
+    const line = lines.find((line) => line.includes(` dynaskin ${command} `));
+    if (!line) throw new Error(`docs/many-machines.md has no recipe for ${command}`);
+    return line.split(/\s+/);
+  });
 }
 
-/** The recipe with this machine's paths and the small data set. */
-function script(out, program) {
-  const replaced = [
-    [/--array=1-\d+/, `--array=1-${PARTS}`],
-    [/--cpus-per-task=\d+/, "--cpus-per-task=1"],
-    [/--mem=\S+/, "--mem=500M"],
-    ["dynaskin simulate", `${program} simulate`],
-    ["--preset full", SMALL],
-    ["female.glb", join(MODELS, "female", "body.glb")],
-    ["--mocap captures ", ""],
-    ["/shared/data/female", out],
-  ];
-  let text = recipe();
-  for (const [from, to] of replaced) {
-    const next = text.replace(from, to);
-    if (next === text) throw new Error(`the recipe no longer holds ${from}`);
-    text = next;
-  }
-  return text;
+/** A recipe with other words; each of `replaced` has to be there. */
+function changed(words, replaced) {
+  return replaced.reduce((words, [from, ...to]) => {
+    const place = words.indexOf(from);
+    if (place < 0) throw new Error(`the recipe no longer holds ${from}`);
+    return words.toSpliced(place, 1, ...to);
+  }, words);
 }
 
 /** Starts Slurm on this machine; `stop` ends it. */
@@ -130,15 +121,50 @@ async function slurm(folder) {
   throw new Error(`Slurm has no idle node after 40 s\n${said}`);
 }
 
-/** Hash of each clip of a folder. */
-function clips(folder) {
-  const names = readdirSync(folder).sort();
-  return names.map((name) => {
-    const hash = createHash("sha256")
-      .update(readFileSync(join(folder, name)))
-      .digest("hex");
+/** Hash of each file of a folder and the folders in it. */
+function files(folder) {
+  const found = readdirSync(folder, { recursive: true, withFileTypes: true });
+  const paths = found
+    .filter((entry) => entry.isFile())
+    .map((entry) => join(entry.parentPath, entry.name));
+  return paths.sort().map((path) => {
+    const name = relative(folder, path);
+    const hash = createHash("sha256").update(readFileSync(path)).digest("hex");
     return `${name} ${hash}`;
   });
+}
+
+/** Submits a recipe and waits; gives the seconds. */
+function submit(words, cluster, folder) {
+  const log = join(folder, "part-%A-%a.log");
+  const began = performance.now();
+  const [sbatch, ...rest] = words;
+  const job = spawnSync(sbatch, ["--wait", `--output=${log}`, `--array=1-${PARTS}`, ...rest], {
+    env: cluster.env,
+    cwd: ROOT,
+    encoding: "utf8",
+    timeout: 600_000,
+  });
+  if (job.status !== 0) {
+    const logs = readdirSync(folder).filter((name) => name.startsWith("part-"));
+    const told = logs.map((name) => `${name}:\n${readFileSync(join(folder, name), "utf8")}`);
+    throw new Error(`sbatch: ${job.stderr}${job.stdout}\n${told.join("\n")}`);
+  }
+  return ((performance.now() - began) / 1000).toFixed(0);
+}
+
+/** Throws where parts did not leave what one run leaves. */
+function compare(what, seconds, parts, whole) {
+  if (parts.length === 0 || parts.join() !== whole.join()) {
+    throw new Error(
+      `${what}: ${parts.length} files by Slurm, ${whole.length} without, or other bytes`,
+    );
+  }
+  say(
+    bold(
+      `${what}: ${parts.length} files in ${PARTS} parts by Slurm in ${seconds} s, the same bytes as without`,
+    ),
+  );
 }
 
 await main(async () => {
@@ -146,41 +172,49 @@ await main(async () => {
   if (missing.length > 0) {
     throw new Error(`${missing.join(", ")} not found: apt-get install slurm-wlm munge`);
   }
-  let [program] = process.argv.slice(2);
+  let [program, captures, fitted] = process.argv.slice(2);
   if (!program) {
     await run("cargo", ["build", "--release", "-p", "dynaskin-cli"]);
     program = join(cargoTargetDir(), "release", "dynaskin");
   }
   const folder = mkdtempSync(join(tmpdir(), "dynaskin-slurm-"));
-  const [shared, alone] = [join(folder, "shared"), join(folder, "alone")];
+  const at = (name) => join(folder, name);
   const cluster = await slurm(folder);
   try {
-    const file = join(folder, "simulate.sh");
-    writeFileSync(file, script(shared, program));
-    const log = join(folder, "part-%a.log");
-    const began = performance.now();
-    const job = spawnSync("sbatch", ["--wait", `--output=${log}`, file], {
-      env: cluster.env,
-      encoding: "utf8",
-      timeout: 600_000,
+    const [simulate, fit] = recipes();
+    const small = ["--cpus-per-task=1", "--mem=500M", "scripts/part.sh"];
+    const body = join(MODELS, "female", "body.glb");
+    const changes = [
+      ["scripts/part.sh", ...small],
+      ["dynaskin", program],
+      ["--preset", ...SMALL.split(" ")],
+      ["full"],
+      ["female.glb", body],
+      ["--mocap"],
+      ["captures"],
+      ["/shared/data/female", at("clips")],
+    ];
+    let seconds = submit(changed(simulate, changes), cluster, folder);
+    const words = SMALL.split(" ");
+    await run(program, ["simulate", ...words, "--body", body, "--out", at("alone")], {
+      quiet: true,
     });
-    if (job.status !== 0) {
-      const logs = readdirSync(folder).filter((name) => name.startsWith("part-"));
-      const told = logs.map((name) => `${name}:\n${readFileSync(join(folder, name), "utf8")}`);
-      throw new Error(`sbatch: ${job.stderr}${job.stdout}\n${told.join("\n")}`);
+    compare("simulate", seconds, files(at("clips")), files(at("alone")));
+    if (!captures) return;
+    const asked = fit.filter((word) => !/^--(array|mem)=/.test(word));
+    const fitChanges = [
+      ["scripts/part.sh", ...small],
+      ["dynaskin", program],
+      ["my-body/body.glb", fitted],
+      ["captures.hdf5", captures],
+      ["/shared/my-fits", at("fits")],
+    ];
+    seconds = submit(changed(asked, fitChanges), cluster, folder);
+    const whole = ["--body", fitted, "--scans", captures, "--rate", "60", "--out"];
+    for (const out of ["fits", "fitted-alone"]) {
+      await run(program, ["fit-all", ...whole, at(out)], { quiet: true });
     }
-    const seconds = ((performance.now() - began) / 1000).toFixed(0);
-    const [body, words] = [join(MODELS, "female", "body.glb"), SMALL.split(" ")];
-    await run(program, ["simulate", ...words, "--body", body, "--out", alone], { quiet: true });
-    const [parts, whole] = [clips(shared), clips(alone)];
-    if (parts.length === 0 || parts.join() !== whole.join()) {
-      throw new Error(`${parts.length} clips by Slurm, ${whole.length} without, or other bytes`);
-    }
-    say(
-      bold(
-        `${parts.length} clips in ${PARTS} parts by Slurm in ${seconds} s, the same bytes as without`,
-      ),
-    );
+    compare("fit-all", seconds, files(at("fits")), files(at("fitted-alone")));
   } finally {
     await cluster.stop();
     rmSync(folder, { recursive: true, force: true });

@@ -1,4 +1,4 @@
-// The programs of the README, as a reader would copy them.
+// The programs of the README and of the guide for captures, as a reader would copy them.
 import { mkdirSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -67,6 +67,16 @@ test("the page without any tool shows a body that moves", async ({ page }) => {
   const folder = application("page");
   writeFileSync(join(folder, "index.html"), await codeOf("README.md", "html"));
   await expectMovingBody(page, `${REPOSITORY_URL}/${FOLDER}/page/index.html`, "readme-page");
+});
+
+test("the page of the guide for captures shows a body that moves", async ({ page }) => {
+  const folder = application("captures");
+  // Instead of a model that was trained on captures, and the shape of one of their people.
+  symlinkSync(join(ROOT, "models", "female"), join(folder, "my-model"));
+  const person = { shape: [0.5, 0, 0, 0, 0, 0, 0, 0, 0, 0], sequence: "50004_hips" };
+  writeFileSync(join(folder, "50004.json"), JSON.stringify(person));
+  writeFileSync(join(folder, "index.html"), await codeOf("docs/your-captures.md", "html"));
+  await expectMovingBody(page, `${REPOSITORY_URL}/${FOLDER}/captures/index.html`, "captures-page");
 });
 
 for (const [name, readme] of [

@@ -50,6 +50,8 @@ enum Command {
     Slim(commands::slim::SlimArgs),
     /// Measure a bundle on clips that it was not trained on, or compare methods in a report.
     Evaluate(commands::evaluate::EvaluateArgs),
+    /// Write a page with a figure or table of the papers, from models and clips of your own.
+    Reproduce(commands::reproduce::ReproduceArgs),
     /// Print completions for a shell.
     Completions(commands::completions::CompletionsArgs),
 }
@@ -67,6 +69,7 @@ fn main() -> anyhow::Result<()> {
         Command::Train(args) => commands::train::run(&args),
         Command::Slim(args) => commands::slim::run(&args),
         Command::Evaluate(args) => commands::evaluate::run(&args),
+        Command::Reproduce(args) => commands::reproduce::run(&args),
         Command::Completions(args) => {
             commands::completions::run(&args, &mut Cli::command());
             Ok(())

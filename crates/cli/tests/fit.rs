@@ -3,14 +3,17 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/captures.rs"]
+mod captures;
+
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use dynaskin_body::{BodyModel, Joint, Pose, SHAPE_COUNT, SkinMatrices, skin_linear};
 use dynaskin_npz::Writer;
 use glam::{DQuat, DVec3, Vec3};
-use hdf5_writer::{DatasetBuilder, Hdf5Builder, WriteOptions};
 
 fn body_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/female/body.glb")
@@ -130,57 +133,33 @@ fn scans_become_a_fit_a_clip_and_a_motion() {
     assert!(text.contains("1 clips written (3 frames"), "{text}");
 }
 
-/// Joints that are turned where nobody is at rest.
-const LIMBS: [Joint; 10] = [
-    Joint::LeftHip,
-    Joint::RightHip,
-    Joint::LeftKnee,
-    Joint::RightKnee,
-    Joint::LeftAnkle,
-    Joint::RightAnkle,
-    Joint::LeftShoulder,
-    Joint::RightShoulder,
-    Joint::LeftElbow,
-    Joint::RightElbow,
-];
-
-/// Sequences of two people, [V,3,T], in metres, that begin at rest, and one of a third who never does.
+/// Sequences of two people that begin at rest, and one of a third who never does.
 fn write_captures(path: &Path) {
     let body = body();
-    let mut builder = Hdf5Builder::new();
-    for (name, first_turn) in [
-        ("50002_arm", 0.0),
-        ("50002_wild", 0.9),
-        ("50004_arm", 0.0),
-        ("50007_wild", 0.9),
-    ] {
-        let mut shape = [0.0; SHAPE_COUNT];
-        shape[0] = if name.starts_with("50002") { 1.0 } else { -1.0 };
-        let shaped = body.shaped(&shape);
-        let frames: Vec<Vec<Vec3>> = (0..4)
-            .map(|frame| {
-                let mut pose = Pose::REST;
-                for joint in [Joint::LeftShoulder, Joint::RightHip, Joint::LeftKnee] {
-                    pose.parent_from_joint[joint as usize] =
-                        DQuat::from_rotation_x(0.1 * f64::from(frame));
-                }
-                for joint in LIMBS {
-                    pose.parent_from_joint[joint as usize] *= DQuat::from_rotation_x(first_turn);
-                }
-                let matrices = SkinMatrices::new(&pose, &shaped.joints_m);
-                let mut world_m = vec![Vec3::ZERO; body.vertex_count()];
-                skin_linear(&shaped.positions_m, &body.skin, &matrices, &mut world_m);
-                world_m
-            })
-            .collect();
-        let numbers: Vec<f32> = (0..3 * body.vertex_count())
-            .flat_map(|at| frames.iter().map(move |frame| frame[at / 3][at % 3]))
-            .collect();
-        let shape = [body.vertex_count() as u64, 3, 4];
-        builder = builder.dataset(DatasetBuilder::typed_data(name, shape, &numbers).unwrap());
-    }
-    let plan = builder.into_plan().unwrap();
-    fs::write(path, plan.encode(WriteOptions::default()).unwrap()).unwrap();
+    let made = |name: &str, is_at_rest: bool| {
+        let beta = if name.starts_with("50002") { 1.0 } else { -1.0 };
+        let frames = (0..4).map(|frame| {
+            let turn = DQuat::from_rotation_x(0.1 * f64::from(frame));
+            let mut pose = Pose::REST;
+            for joint in [Joint::LeftShoulder, Joint::RightHip, Joint::LeftKnee] {
+                pose.parent_from_joint[joint as usize] = turn;
+            }
+            if !is_at_rest {
+                captures::leave_rest(&mut pose);
+            }
+            captures::scan_m(&body, beta, &pose, |_| Vec3::ZERO)
+        });
+        (name.to_owned(), frames.collect())
+    };
+    captures::write(
+        path,
+        &[
+            made("50002_arm", true),
+            made("50002_wild", false),
+            made("50004_arm", true),
+            made("50007_wild", false),
+        ],
+    );
 }
 
 #[test]
@@ -248,6 +227,99 @@ fn captures_of_several_people_are_listed_fitted_and_gone_on_with() {
     refused(
         &dynaskin("fit-all", &[&two[..], &["--own-surface"]].concat()),
         &["other settings", "--out"],
+    );
+}
+
+/// Names and contents of the files of a folder and the folders in it.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut waiting = vec![folder.to_owned()];
+    while let Some(next) = waiting.pop() {
+        for entry in fs::read_dir(&next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                waiting.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_owned();
+                found.insert(name, fs::read(path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+#[cfg(unix)]
+#[test]
+fn parts_on_many_machines_give_what_one_run_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("captures.h5");
+    write_captures(&scans);
+    let fit_all = |out: &str, more: &[&str]| {
+        let out = folder.path().join(out);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dynaskin"));
+        command.arg("fit-all").arg("--body").arg(body_path());
+        command.arg("--scans").arg(&scans).arg("--out").arg(out);
+        command.args(["--rate", "60", "--person", "50002", "--person", "50004"]);
+        command.args(more);
+        command
+    };
+    printed(&fit_all("one", &[]).output().unwrap());
+
+    // As Slurm and Kubernetes count; both at the same time.
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/part.sh");
+    let part = |index: usize| {
+        let whole = fit_all("parts", &[]);
+        let mut command = Command::new("sh");
+        command
+            .arg(&script)
+            .arg(whole.get_program())
+            .args(whole.get_args());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        match index {
+            0 => command.envs([
+                ("SLURM_ARRAY_TASK_ID", "1"),
+                ("SLURM_ARRAY_TASK_COUNT", "2"),
+            ]),
+            _ => command.envs([("JOB_COMPLETION_INDEX", "1"), ("PARTS", "2")]),
+        };
+        command.spawn().unwrap()
+    };
+    for (part, count) in [part(0), part(1)].into_iter().zip([1, 2]) {
+        let text = printed(&part.wait_with_output().unwrap());
+        let words = format!("{count} of {count} sequences are fitted in this part");
+        assert!(text.contains(&words), "{text}");
+    }
+    let [one, parts] = ["one", "parts"].map(|out| contents(&folder.path().join(out)));
+    let missing: Vec<_> = one
+        .keys()
+        .filter(|name| !parts.contains_key(*name))
+        .collect();
+    assert_eq!(missing, [Path::new("report.html")]);
+    for (name, bytes) in &parts {
+        assert!(one.get(name) == Some(bytes), "{} differs", name.display());
+    }
+    let text = printed(&fit_all("parts", &[]).output().unwrap());
+    assert!(text.contains("3 sequences are there already"), "{text}");
+    assert!(folder.path().join("parts/report.html").exists());
+
+    // A whole run and a part do not mix, and neither do shapes.
+    let lock = dynaskin_files::FolderLock::take(&folder.path().join("parts")).unwrap();
+    let shard = fit_all("parts", &["--shard", "1/2"]).output().unwrap();
+    refused(&shard, &["in use by another run"]);
+    drop(lock);
+    let other = ["--shard", "1/2", "--shape", "50004=0,0,0,0,0,0,0,0,0,0"];
+    refused(
+        &fit_all("parts", &other).output().unwrap(),
+        &["50004 has another shape"],
+    );
+    refused(
+        &fit_all("x", &["--shard", "3/2"]).output().unwrap(),
+        &["expected I/N"],
+    );
+    fs::write(folder.path().join("parts/people/50004.json"), "{").unwrap();
+    refused(
+        &fit_all("parts", &[]).output().unwrap(),
+        &["50004.json", "remove it"],
     );
 }
 

@@ -20,15 +20,18 @@ const PREDICTOR_FILE: &str = "predictor.onnx";
 const DECODER_FILE: &str = "decoder.onnx";
 const CARD_FILE: &str = "MODEL_CARD.md";
 const BUNDLE_FILE: &str = "bundle.json";
-const LICENCE: &str = "MIT OR Apache-2.0";
+/// Of bundles that are made of simulated clips on the default bodies.
+pub(crate) const LICENCE: &str = "MIT OR Apache-2.0";
 
 /// The parts of a bundle that training makes.
 #[derive(Debug)]
 pub struct BundleParts<'a> {
     /// Name, such as `female`.
     pub name: &'a str,
-    /// The body GLB that the clips were simulated on.
+    /// The body GLB of the clips.
     pub body_glb: &'a [u8],
+    /// Its `asset.copyright`.
+    pub body_copyright: &'a str,
     /// Whether to write the body, too; bundles of one body may share one in another folder.
     pub with_body: bool,
     /// The networks.
@@ -73,10 +76,10 @@ pub fn write_bundle(
         vertices: parts.vertices.to_vec(),
         training: object(parts.training),
         measured: object(report),
-        licence: LICENCE.into(),
+        licence: licence(parts.body_copyright, parts.training),
     };
     let json = bundle.to_json()?;
-    let card = model_card(parts.name, LICENCE, parts.training, report);
+    let card = model_card(&bundle, parts.training, report);
     let mut files: Vec<(&str, &[u8])> = vec![
         (PREDICTOR_FILE, &networks.predictor_onnx),
         (DECODER_FILE, &networks.decoder_onnx),
@@ -91,6 +94,25 @@ pub fn write_bundle(
     let files = paths.iter().zip(&files);
     let files: Vec<(&Path, &[u8])> = files.map(|(path, (_, bytes))| (&**path, *bytes)).collect();
     Ok(dynaskin_files::replace_all(&files)?)
+}
+
+/// Under what a bundle may be passed on. Only what was made here, from what nobody holds rights in, is ours to
+/// license.
+fn licence(body_copyright: &str, training: &TrainingFacts) -> String {
+    let mut bound = Vec::new();
+    if body_copyright.is_empty() {
+        bound.push("The body's licence is not known".to_owned());
+    } else if !body_copyright.starts_with("CC0") {
+        bound.push(format!("The body is licensed {body_copyright}"));
+    }
+    if !training.is_simulated() {
+        let captures = "The networks learned from captures and may be bound by their licence";
+        bound.push(captures.to_owned());
+    }
+    match bound.is_empty() {
+        true => LICENCE.to_owned(),
+        false => bound.join(". "),
+    }
 }
 
 /// A struct as a JSON object; structs with finite numbers and text keys always are one.

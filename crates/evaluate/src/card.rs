@@ -2,6 +2,9 @@
 
 use std::fmt::Write as _;
 
+use dynaskin_runtime::Bundle;
+
+use crate::bundle::LICENCE;
 use crate::facts::TrainingFacts;
 use crate::report::{Errors, Report};
 
@@ -9,8 +12,9 @@ use crate::report::{Errors, Report};
 const MOCAP_ACKNOWLEDGEMENT: &str = "The data used in this project was obtained from \
     mocap.cs.cmu.edu. The database was created with funding from NSF EIA-0196217.";
 
-/// The model card of the bundle `name` as Markdown.
-pub fn model_card(name: &str, licence: &str, facts: &TrainingFacts, report: &Report) -> String {
+/// The model card of a bundle as Markdown.
+pub fn model_card(bundle: &Bundle, facts: &TrainingFacts, report: &Report) -> String {
+    let name = &bundle.name;
     let method = facts.method.label();
     let mut card = format!("# Model card: {method} `{name}`\n\n");
     // Writing to a string cannot fail.
@@ -27,16 +31,23 @@ pub fn model_card(name: &str, licence: &str, facts: &TrainingFacts, report: &Rep
     write_training(&mut card, facts);
     write_results(&mut card, report);
     write_limits(&mut card, facts, report);
-    let _ = write!(
-        card,
-        "## Licence\n\n{licence}. The body is built from CC0 data of the MakeHuman community. \
-         {MOCAP_ACKNOWLEDGEMENT}\n"
-    );
+    let licence = &bundle.licence;
+    let more = match licence == LICENCE {
+        true => format!(
+            "The body is built from CC0 data of the MakeHuman community. {MOCAP_ACKNOWLEDGEMENT}"
+        ),
+        false => "Ask the owners before you pass any of it on.".to_owned(),
+    };
+    let _ = writeln!(card, "## Licence\n\n{licence}. {more}");
     card
 }
 
 fn write_training(card: &mut String, facts: &TrainingFacts) {
     let split = &facts.split;
+    let named = |names: &[String]| match names.is_empty() {
+        true => "none".to_owned(),
+        false => names.join(", "),
+    };
     let _ = write!(
         card,
         "## Trained on\n\n{data}\n\n\
@@ -51,9 +62,9 @@ fn write_training(card: &mut String, facts: &TrainingFacts) {
         frames = facts.frames,
         minutes = facts.frames as f64 / 3600.0,
         validation_frames = facts.validation_frames,
-        subjects = split.test_subjects.join(", "),
-        trials = split.test_trials.join(", "),
-        shapes = split.test_shapes.join(", "),
+        subjects = named(&split.test_subjects),
+        trials = named(&split.test_trials),
+        shapes = named(&split.test_shapes),
         vertices = facts.vertices,
         networks = facts.networks,
         parameters = facts.parameters,
@@ -114,11 +125,17 @@ fn write_limits(card: &mut String, facts: &TrainingFacts, report: &Report) {
         .iter()
         .flat_map(|set| set.regions.iter().map(move |region| (set.set, region)))
         .max_by(|a, b| a.1.1.ratio.total_cmp(&b.1.1.ratio));
+    let truth = match facts.is_simulated() {
+        true => {
+            "a simulation, not captures of people; its amplitudes are checked against measured ranges, \
+             not its every shape"
+        }
+        false => "fitted captures: their noise and the errors of the fit are in it",
+    };
     let _ = write!(
         card,
         "## Limits\n\n\
-         - The ground truth is a simulation, not captures of people; its amplitudes are checked \
-         against measured ranges, not its every shape.\n\
+         - The ground truth is {truth}.\n\
          - It knows motion only: no contact with the ground, clothes or the body itself, no \
          muscle tension.\n\
          - Shapes outside the range of the training shapes are extrapolated; see the sets with \

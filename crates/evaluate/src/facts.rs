@@ -38,3 +38,12 @@ pub struct TrainingFacts {
     /// Settings of the simulator.
     pub simulator: Value,
 }
+
+impl TrainingFacts {
+    /// Whether it learned from simulated clips; otherwise from fitted captures.
+    pub fn is_simulated(&self) -> bool {
+        self.simulator
+            .as_object()
+            .is_some_and(|settings| !settings.is_empty())
+    }
+}

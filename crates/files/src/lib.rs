@@ -7,7 +7,7 @@ mod lock;
 mod replace;
 
 pub use lock::FolderLock;
-pub use replace::{Replacement, remove_leftovers, replace, replace_all};
+pub use replace::{Replacement, remove_leftovers, replace, replace_all, write_first};
 
 use std::path::{Path, PathBuf};
 

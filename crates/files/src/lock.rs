@@ -1,4 +1,4 @@
-//! Folders that one process at a time writes into.
+//! Folders that one process at a time writes into, or several that do parts of one piece of work.
 
 use std::fs::{File, TryLockError, create_dir_all};
 use std::path::Path;
@@ -22,15 +22,32 @@ impl FolderLock {
     /// [`LockError::InUse`] where another process has it, [`LockError::File`] where it cannot be made or
     /// locked.
     pub fn take(folder: &Path) -> Result<Self, LockError> {
+        Self::lock(folder, File::try_lock)
+    }
+
+    /// Locks a folder against those who [`Self::take`] it, beside others who share it.
+    ///
+    /// # Errors
+    /// As [`Self::take`].
+    pub fn share(folder: &Path) -> Result<Self, LockError> {
+        Self::lock(folder, File::try_lock_shared)
+    }
+
+    fn lock(
+        folder: &Path,
+        try_lock: impl FnOnce(&File) -> Result<(), TryLockError>,
+    ) -> Result<Self, LockError> {
         create_dir_all(folder).map_err(FileError::io(folder, "making the folder"))?;
         let path = folder.join(LOCK_FILE);
         let opened = File::options()
             .create(true)
             .truncate(false)
+            // Some network file systems share locks of readable files only.
+            .read(true)
             .write(true)
             .open(&path);
         let file = opened.map_err(FileError::io(&path, "opening"))?;
-        match file.try_lock() {
+        match try_lock(&file) {
             Ok(()) => Ok(Self { _file: file }),
             Err(TryLockError::WouldBlock) => Err(LockError::InUse {
                 folder: folder.to_owned(),
@@ -58,5 +75,15 @@ mod tests {
         assert!(error.to_string().contains("run"), "{error}");
         drop(first);
         FolderLock::take(&folder).unwrap();
+    }
+
+    #[test]
+    fn those_who_share_a_folder_keep_out_one_who_takes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let parts = [(); 2].map(|()| FolderLock::share(folder.path()).unwrap());
+        FolderLock::take(folder.path()).unwrap_err();
+        drop(parts);
+        let _whole = FolderLock::take(folder.path()).unwrap();
+        FolderLock::share(folder.path()).unwrap_err();
     }
 }

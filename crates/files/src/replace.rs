@@ -1,7 +1,7 @@
 //! Files written aside, synced and renamed.
 
 use std::fs::{self, File, TryLockError};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -72,6 +72,21 @@ impl Replacement {
         self.rename()
     }
 
+    /// Puts the file in its place unless there is one: of several processes that write the same file, the
+    /// first has it. Says whether it was put there.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn put_first(self) -> Result<bool, FileError> {
+        self.sync()?;
+        let io = FileError::io(&self.path, "writing");
+        match self.aside.persist_noclobber(&self.path) {
+            Ok(_) => Ok(true),
+            Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Ok(false),
+            Err(error) => Err(io(error.error)),
+        }
+    }
+
     fn sync(&self) -> Result<(), FileError> {
         let synced = self.aside.as_file().sync_all();
         synced.map_err(FileError::io(&self.path, "writing"))
@@ -92,6 +107,17 @@ impl Replacement {
 /// [`FileError`]; what stood there before is then still there.
 pub fn replace(path: &Path, contents: &[u8]) -> Result<(), FileError> {
     replace_all(&[(path, contents)])
+}
+
+/// Writes a file whole unless it is there, and says whether it did.
+///
+/// # Errors
+/// [`FileError`].
+pub fn write_first(path: &Path, contents: &[u8]) -> Result<bool, FileError> {
+    let mut replacement = Replacement::create(path)?;
+    let done = replacement.file().write_all(contents);
+    done.map_err(FileError::io(path, "writing"))?;
+    replacement.put_first()
 }
 
 /// Writes files that belong together: all of them aside, then each into its place, in order. A full
@@ -170,6 +196,17 @@ mod tests {
         assert_eq!(fs::read_to_string(&a).unwrap(), "new");
         assert_eq!(fs::read_to_string(&b).unwrap(), "second");
         assert_eq!(names(folder.path()), ["a", "b"]);
+    }
+
+    #[test]
+    fn of_those_who_write_first_only_one_does() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        assert!(write_first(&path, b"first").unwrap());
+        assert!(!write_first(&path, b"second").unwrap());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "first");
+        assert_eq!(names(folder.path()), ["a"]);
+        write_first(&folder.path().join("none/a"), b"").unwrap_err();
     }
 
     #[test]

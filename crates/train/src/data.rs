@@ -116,6 +116,13 @@ impl DataSet {
         })
     }
 
+    /// Puts every clip into its set by another split.
+    pub fn split_by(&mut self, split: &Split) {
+        for clip in &mut self.clips {
+            clip.set = split.set_of(&clip.name);
+        }
+    }
+
     /// What training depends on, in a few characters: clips, their lengths and sets, and vertices. A
     /// run goes on only with the data that it began with, or what is held out now may be known to it.
     pub fn fingerprint(&self) -> String {

@@ -84,12 +84,25 @@ pub enum TrainError {
         name: String,
     },
     /// The split leaves a set that cannot be empty without clips.
-    #[error("the split leaves no clip for {set}; the data set has {clips} clips in all")]
+    #[error(
+        "the split leaves no clip for {set}; the data set has {clips} clips in all. For clips of your own say \
+         what is held out: --hold-out MOTION_OR_PERSON --validate-on MOTION"
+    )]
     EmptySplit {
         /// `training` or `validation`.
         set: &'static str,
         /// Clips in the data set.
         clips: usize,
+    },
+    /// Something is to be held out that no clip is named after.
+    #[error("there is no {wanted} `{name}` among the clips; there are {there}")]
+    NoSuchName {
+        /// `motion` or `motion or person`.
+        wanted: &'static str,
+        /// What was named.
+        name: String,
+        /// What could be named.
+        there: String,
     },
     /// The split file is not valid.
     #[error("{place}: {reason}")]

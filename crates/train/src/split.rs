@@ -4,6 +4,7 @@
 //! frames, parts of one recording and copies of it (mirrored, time-scaled) are nearly the same
 //! data, and a model measured on them would look better than it is.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -143,6 +144,55 @@ impl Split {
         })
     }
 
+    /// Holds out motions, people and shapes as clips are named; `validation` are motions.
+    ///
+    /// # Errors
+    /// [`TrainError::NoSuchName`] for what no clip is named after.
+    pub fn of_names<'a>(
+        clips: impl IntoIterator<Item = &'a ClipName>,
+        held_out: &[String],
+        validation: &[String],
+    ) -> Result<Self, TrainError> {
+        let (mut trials, mut subjects, mut shapes) =
+            (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+        for clip in clips {
+            trials.insert(clip.trial.as_str());
+            subjects.extend(clip.subject.as_deref());
+            shapes.insert(clip.shape.as_str());
+        }
+        let known = |wanted, name: &str, sets: &[&BTreeSet<&str>]| {
+            if sets.iter().any(|set| set.contains(name)) {
+                return Ok(());
+            }
+            let there: Vec<&str> = sets.iter().copied().flatten().copied().collect();
+            Err(TrainError::NoSuchName {
+                wanted,
+                name: name.to_owned(),
+                there: there.join(", "),
+            })
+        };
+        for name in validation {
+            known("motion", name, &[&trials])?;
+        }
+        for name in held_out {
+            known("motion or person", name, &[&trials, &subjects, &shapes])?;
+        }
+        let held_out_among = |set: &BTreeSet<&str>| -> Vec<String> {
+            let names = held_out.iter();
+            names
+                .filter(|name| set.contains(name.as_str()))
+                .cloned()
+                .collect()
+        };
+        Ok(Self {
+            about: "Given with --hold-out and --validate-on.".to_owned(),
+            test_subjects: held_out_among(&subjects),
+            test_trials: held_out_among(&trials),
+            validation_trials: validation.to_vec(),
+            test_shapes: held_out_among(&shapes),
+        })
+    }
+
     /// The set of a clip. A validation trial on a held-out shape counts as unseen motion and
     /// shape: it decided when to stop, but on other shapes and so on other offsets.
     pub fn set_of(&self, clip: &ClipName) -> Set {
@@ -213,6 +263,47 @@ mod tests {
         assert_eq!(set("hop-190-090m__s0"), Set::UnseenMotion);
         for name in ["07_03__s3", "14_20a__s3", "14_02a__s3", "hop-1-2__s3"] {
             assert_eq!(set(name), Set::UnseenMotionAndShape, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_are_held_out_that_clips_have() {
+        let clips = [
+            "hips__50002",
+            "hips__50004",
+            "one_leg_jump__50004",
+            "07_03__s0",
+        ];
+        let clips = clips.map(|name| ClipName::parse(name).expect("a name"));
+        let of_names = |held_out: &[&str], validation: &str| {
+            let held_out: Vec<String> = held_out.iter().map(ToString::to_string).collect();
+            Split::of_names(&clips, &held_out, &[validation.to_owned()])
+        };
+        let split = of_names(&["50004", "one_leg_jump", "07"], "hips").expect("a split");
+        let sets = clips.each_ref().map(|clip| split.set_of(clip));
+        let expected = [
+            Set::Validation,
+            Set::UnseenMotionAndShape,
+            Set::UnseenMotionAndShape,
+            Set::UnseenSubject,
+        ];
+        assert_eq!(sets, expected);
+        for (held_out, validation, words) in [
+            (
+                "50007",
+                "hips",
+                ["motion or person `50007`", "50002, 50004"],
+            ),
+            (
+                "50004",
+                "50002",
+                ["no motion `50002`", "hips, one_leg_jump"],
+            ),
+        ] {
+            let error = of_names(&[held_out], validation)
+                .expect_err("a name that is not there")
+                .to_string();
+            assert!(words.iter().all(|word| error.contains(word)), "{error}");
         }
     }
 

@@ -11,6 +11,8 @@ pub mod fit_all;
 pub mod fit_check;
 mod motion_files;
 pub mod play;
+pub mod reproduce;
+mod shard;
 pub mod simulate;
 pub mod slim;
 pub mod train;

@@ -4,6 +4,9 @@ use dynaskin_body::{BodyModel, Region};
 
 use crate::report::{distance, region_slots, soft_slots};
 
+/// Index of the soft vertices among [`group_names`].
+pub(super) const SOFT: usize = 1;
+
 /// A set of vertices of a data set's list.
 #[derive(Clone, Debug)]
 struct Group {

@@ -3,16 +3,33 @@
 use dynaskin_body::{BodyModel, Pose, SHAPE_COUNT};
 
 use super::contestant::Contestant;
-use super::groups::Groups;
+use super::groups::{Groups, SOFT};
 use dynaskin_train::{ClipEntry, DataSet, TrainError, motion_of, offsets_of};
 
-/// Mean error over the soft vertices, frame by frame.
+/// Mean errors frame by frame.
 #[derive(Clone, Debug)]
 pub struct ClipCurves {
     /// The clip's name.
     pub name: String,
-    /// `[method][frame]` in millimetres.
-    pub soft_mm: Vec<Vec<f64>>,
+    /// `[method][frame][group]` in millimetres; groups by [`super::group_names`].
+    errors_mm: Vec<Vec<Vec<f32>>>,
+}
+
+impl ClipCurves {
+    /// Frame by frame the error of a method over a group of vertices, in millimetres; NaN for a group without
+    /// vertices.
+    pub fn of_group_mm(&self, method: usize, group: usize) -> Vec<f64> {
+        let frames = self.errors_mm[method].iter();
+        frames.map(|errors| f64::from(errors[group])).collect()
+    }
+
+    /// The errors of all methods over the soft vertices, `[method][frame]`.
+    pub fn soft_mm(&self) -> Vec<Vec<f64>> {
+        let methods = 0..self.errors_mm.len();
+        methods
+            .map(|method| self.of_group_mm(method, SOFT))
+            .collect()
+    }
 }
 
 /// Plays one clip to all contestants.
@@ -29,17 +46,17 @@ pub fn curves(
     let groups = Groups::new(model, &data_set.vertices);
     let (motion, truth) = (motion_of(&clip), offsets_of(&clip));
     let coordinates = 3 * data_set.vertices.len();
-    let mut soft_mm = Vec::new();
+    let mut errors_mm = Vec::new();
     for contestant in contestants {
         let predicted = contestant.predict(model, &motion, &clip)?;
         let frames = truth.chunks_exact(coordinates);
         let frames = frames.zip(predicted.chunks_exact(coordinates));
-        let soft = frames.map(|(truth, got)| f64::from(groups.errors_mm(truth, got)[1]));
-        soft_mm.push(soft.collect());
+        let errors = frames.map(|(truth, got)| groups.errors_mm(truth, got));
+        errors_mm.push(errors.collect());
     }
     Ok(ClipCurves {
         name: clip.name,
-        soft_mm,
+        errors_mm,
     })
 }
 

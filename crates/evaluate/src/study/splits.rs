@@ -3,13 +3,10 @@
 use dynaskin_body::BodyModel;
 
 use super::contestant::{Contestant, mean};
-use super::groups::{Groups, Movers, group_names};
+use super::groups::{Groups, Movers, SOFT, group_names};
 use super::signals::SignalSums;
 use super::spectra::{Lag, Spectrum};
 use dynaskin_train::{DataSet, Set, TrainError, motion_of, offsets_of};
-
-/// Index of the soft vertices among [`group_names`].
-const SOFT: usize = 1;
 
 /// How per-frame errors are spread over the frames of a set, in millimetres. Frames that a method
 /// fails at, because what it gives is no number, count as infinitely wrong.

@@ -80,7 +80,8 @@ pub fn curve_section(
             subject.body,
             entry,
         )?;
-        for (name, curve) in methods.names.iter().zip(&curves.soft_mm) {
+        let soft_mm = curves.soft_mm();
+        for (name, curve) in methods.names.iter().zip(&soft_mm) {
             for (frame, mm) in curve.iter().enumerate() {
                 csv.row(&[&curves.name, name], &[frame as f64 / 60.0, *mm]);
             }
@@ -89,7 +90,7 @@ pub fn curve_section(
             title: format!("Error in {kind}: {}", curves.name),
             x_label: "time (s)".into(),
             y_label: "mean error over soft vertices (mm)".into(),
-            curves: lines(methods, curves.soft_mm),
+            curves: lines(methods, soft_mm),
         })?;
     }
     csv.write(path, "curves")

@@ -1,6 +1,6 @@
 //! `dynaskin evaluate`: a bundle measured on held-out clips, or many side by side in a report.
 
-mod bundles;
+pub(super) mod bundles;
 mod card;
 mod cost;
 mod dynamics;
@@ -11,8 +11,8 @@ mod pictures;
 mod places;
 mod shapes;
 mod simulated;
-mod subject;
-mod subspaces;
+pub(super) mod subject;
+pub(super) mod subspaces;
 mod tables;
 
 use std::path::PathBuf;

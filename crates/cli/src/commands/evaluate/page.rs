@@ -82,7 +82,7 @@ pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyho
     dynamics::rest_section(&mut report, path, subject, &mut methods, &comparison)?;
     places::places_section(&mut report, path, subject, &mut methods)?;
     if let Some(csv) = subject.subspaces {
-        subspaces::subspaces_section(&mut report, csv)?;
+        subspaces::subspaces_section(&mut report, &subspaces::read_subspaces(csv)?)?;
     }
     subspaces::bytes_section(&mut report, path, subject, &mut methods)?;
     if subject.simulate {

@@ -14,9 +14,9 @@ use super::subject::{Methods, Subject};
 use super::tables::Csv;
 use crate::commands::train::{SubspaceRow, clip_bar};
 
-/// Curves of a clip that neither was fitted to, as `dynaskin train casas-otaduy --compare-subspaces`
-/// left them in the file `csv`.
-pub fn subspaces_section(report: &mut Report, csv: &Path) -> anyhow::Result<()> {
+/// Curves of a clip by numbers of latents, as `dynaskin train casas-otaduy --compare-subspaces` left them in the
+/// file `csv`.
+pub fn read_subspaces(csv: &Path) -> anyhow::Result<BTreeMap<usize, Vec<SubspaceRow>>> {
     let text = fs::read_to_string(csv).with_context(|| format!("cannot read {}", csv.display()))?;
     let mut lines = text.lines();
     if lines.next() != Some(SubspaceRow::HEAD) {
@@ -27,14 +27,22 @@ pub fn subspaces_section(report: &mut Report, csv: &Path) -> anyhow::Result<()> 
         );
     }
     let mut sizes: BTreeMap<usize, Vec<SubspaceRow>> = BTreeMap::new();
-    let mut clip = String::new();
     for (index, line) in lines.enumerate() {
         let row: SubspaceRow = line
             .parse()
             .with_context(|| format!("{}, line {}", csv.display(), index + 2))?;
-        clip.clone_from(&row.clip);
         sizes.entry(row.latents).or_default().push(row);
     }
+    Ok(sizes)
+}
+
+/// Curves of a clip that neither was fitted to, from [`read_subspaces`].
+pub fn subspaces_section(
+    report: &mut Report,
+    sizes: &BTreeMap<usize, Vec<SubspaceRow>>,
+) -> anyhow::Result<()> {
+    let row = sizes.values().flatten().next();
+    let clip = row.map_or("", |row| row.clip.as_str());
     report.section("Autoencoders and principal components");
     report.paragraph(&format!(
         "As in figure 5 of Casas & Otaduy (2018): mean error over all tissue vertices of the best that \
@@ -43,7 +51,7 @@ pub fn subspaces_section(report: &mut Report, csv: &Path) -> anyhow::Result<()> 
     ));
     let mut table = Table::new(["numbers a frame", "autoencoder", "principal components"]);
     let mut curves = Vec::new();
-    for (latents, rows) in &sizes {
+    for (latents, rows) in sizes {
         let mean = |value: fn(&SubspaceRow) -> f64| {
             rows.iter().map(value).sum::<f64>() / rows.len().max(1) as f64
         };

@@ -3,7 +3,7 @@
 mod page;
 mod state;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,13 +21,16 @@ use indicatif::ProgressBar;
 
 use super::fit::{Settings, progress_bar, read_body, shape_of};
 use super::say;
-use state::Shapes;
+use super::shard::Shard;
+use state::{PersonShape, Shapes};
 
 const EXAMPLES: &str = "\
 Examples:
   dynaskin fit-all --body models/female/body.glb --scans dyna_female.h5 --rate 60 --out fits
   dynaskin fit-all --body my_smpl.npz --scans FOLDER --rate 60 --person 50002 --person 50004 --out fits
-  dynaskin train --data fits/clips --body my_smpl.npz --out my_model";
+  dynaskin fit-all --body my_smpl.npz --scans FOLDER --rate 60 --out fits --shard 1/16
+  dynaskin train --data fits/clips --body models/female/body.glb --hold-out 50004 --validate-on shake_hips \\
+    --out my_model";
 
 /// Arguments of `dynaskin fit-all`.
 #[derive(Debug, Args)]
@@ -53,6 +56,10 @@ pub struct FitAllArgs {
     /// What is there is kept and not fitted again.
     #[arg(long)]
     out: PathBuf,
+    /// Fit only part I of N, for running on several machines: `--shard 2/8`. All parts may write to one folder;
+    /// the command without it writes the report in the end.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// Sequences fitted at a time; 0 takes one per two processors. All processors work in any case.
     #[arg(long, default_value_t = 0)]
     jobs: usize,
@@ -80,21 +87,36 @@ pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
             args.person.join(", ")
         );
     }
-    let _lock = FolderLock::take(&args.out)?;
-    state::remove_half_written(&args.out);
+    let _lock = match args.shard {
+        None => FolderLock::take(&args.out)?,
+        Some(_) => FolderLock::share(&args.out)?,
+    };
     state::check_settings(&args.out, &settings_text(args, &sha256))?;
     let clips = args.out.join("clips");
     fs::create_dir_all(&clips).with_context(|| format!("cannot make {}", clips.display()))?;
-    let shapes = shapes(args, &body, &found)?;
-    let failed = fit_all(args, &body, &sha256, &shapes, &found)?;
-    let page = args.out.join("report.html");
-    page::write(&page, &body, &args.out, &found, &shapes, &failed)?;
-    say(&format!(
-        "{} of {} sequences are fitted; {} shows them",
-        found.len() - failed.len(),
-        found.len(),
-        page.display()
-    ));
+    // Sequences of a person are neighbours: few parts look for the same shape.
+    let ours = args
+        .shard
+        .map_or(0..found.len(), |shard| shard.neighbours(found.len()));
+    let ours = found.get(ours).unwrap_or_default();
+    let names: BTreeSet<&str> = ours.iter().map(|capture| capture.name.as_str()).collect();
+    state::remove_half_written(&args.out, |name| names.contains(name));
+    let shapes = shapes(args, &body, &found, ours)?;
+    let failed = fit_all(args, &body, &sha256, &shapes, ours)?;
+    let told = format!(
+        "{} of {} sequences are fitted",
+        ours.len() - failed.len(),
+        ours.len()
+    );
+    if args.shard.is_some() {
+        say(&format!(
+            "{told} in this part; the command without --shard writes the report once all parts are done"
+        ));
+    } else {
+        let page = args.out.join("report.html");
+        page::write(&page, &body, &args.out, &found, &shapes, &failed)?;
+        say(&format!("{told}; {} shows them", page.display()));
+    }
     if failed.is_empty() {
         return Ok(());
     }
@@ -118,8 +140,14 @@ fn settings_text(args: &FitAllArgs, sha256: &str) -> String {
     format!("{settings} at {} Hz", args.rate)
 }
 
-/// The shape of each person: given, known from a run before, or fitted to the sequence nearest to rest.
-fn shapes(args: &FitAllArgs, body: &BodyModel, found: &[Capture]) -> anyhow::Result<Shapes> {
+/// The shape of each person of `ours`: given, in the folder already, or fitted to the sequence nearest to rest
+/// among all that were `found`.
+fn shapes(
+    args: &FitAllArgs,
+    body: &BodyModel,
+    found: &[Capture],
+    ours: &[Capture],
+) -> anyhow::Result<Shapes> {
     let mut shapes = Shapes::read(&args.out)?;
     for given in &args.shape {
         let Some((person, betas)) = given.split_once('=') else {
@@ -127,11 +155,12 @@ fn shapes(args: &FitAllArgs, body: &BodyModel, found: &[Capture]) -> anyhow::Res
         };
         let betas: Result<Vec<f32>, _> = betas.split(',').map(|beta| beta.trim().parse()).collect();
         let betas = betas.with_context(|| format!("--shape {given}: expected numbers"))?;
-        shapes.give(person, shape_of(&betas)?)?;
+        shapes.give(&args.out, person, shape_of(&betas)?)?;
     }
+    let people: BTreeSet<&str> = ours.iter().map(|capture| capture.person.as_str()).collect();
     let new: Vec<Capture> = found
         .iter()
-        .filter(|capture| !shapes.has(&capture.person))
+        .filter(|capture| people.contains(&*capture.person) && !shapes.has(&capture.person))
         .cloned()
         .collect();
     let bar = progress_bar(new.len() as u64);
@@ -154,9 +183,12 @@ fn shapes(args: &FitAllArgs, body: &BodyModel, found: &[Capture]) -> anyhow::Res
             "{person}: shape from {}, which begins {degrees:.0} degrees from rest",
             capture.name
         ));
-        shapes.found(person, &capture.name, degrees, fit.shape());
+        let found = PersonShape {
+            shape: fit.shape(),
+            source: Some((capture.name.clone(), degrees)),
+        };
+        shapes.keep(&args.out, person, found)?;
     }
-    shapes.write(&args.out)?;
     Ok(shapes)
 }
 

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context as _, bail};
 use dynaskin_body::SHAPE_COUNT;
-use dynaskin_files::replace;
+use dynaskin_files::write_first;
 use serde_json::{Value, json};
 
 /// The shape of a person, and where it is from.
@@ -24,37 +24,50 @@ pub struct PersonShape {
 pub struct Shapes(BTreeMap<String, PersonShape>);
 
 impl Shapes {
-    /// Those of runs before, in their folder.
+    /// Those that are in a folder, a file a person in `people`.
     pub fn read(out: &Path) -> anyhow::Result<Self> {
-        let path = path(out);
-        let Some(text) = read(&path)? else {
-            return Ok(Self::default());
+        let people = out.join("people");
+        let entries = match fs::read_dir(&people) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => {
+                return Err(error).with_context(|| format!("cannot list {}", people.display()));
+            }
         };
-        parse(&text).map(Self).with_context(|| {
-            format!(
-                "{} is not what a run before wrote; remove it to find shapes again",
-                path.display()
-            )
-        })
+        let mut shapes = Self::default();
+        for entry in entries {
+            let path = entry
+                .with_context(|| format!("cannot list {}", people.display()))?
+                .path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            // Others are being written.
+            if let Some(person) = name.strip_suffix(".json") {
+                let found = read_person(&path)?;
+                shapes.0.insert(person.to_owned(), found);
+            }
+        }
+        Ok(shapes)
     }
 
-    /// Writes them into the folder.
-    pub fn write(&self, out: &Path) -> anyhow::Result<()> {
-        let people: serde_json::Map<String, Value> = self
-            .0
-            .iter()
-            .map(|(person, found)| {
-                let source = found.source.as_ref();
-                let value = json!({
-                    "shape": found.shape,
-                    "sequence": source.map(|(name, _)| name),
-                    "degreesFromRest": source.map(|(_, degrees)| degrees),
-                });
-                (person.clone(), value)
-            })
-            .collect();
-        let text = serde_json::to_string_pretty(&people)?;
-        Ok(replace(&path(out), text.as_bytes())?)
+    /// Writes the shape of a person into the folder. Where another part of the work was first, its shape is
+    /// taken instead, so that all sequences of a person have one.
+    pub fn keep(&mut self, out: &Path, person: &str, found: PersonShape) -> anyhow::Result<()> {
+        let people = out.join("people");
+        fs::create_dir_all(&people).with_context(|| format!("cannot make {}", people.display()))?;
+        let path = people.join(format!("{person}.json"));
+        let source = found.source.as_ref();
+        let value = json!({
+            "shape": found.shape,
+            "sequence": source.map(|(name, _)| name),
+            "degreesFromRest": source.map(|(_, degrees)| degrees),
+        });
+        let text = serde_json::to_string_pretty(&value)?;
+        let kept = match write_first(&path, text.as_bytes())? {
+            true => found,
+            false => read_person(&path)?,
+        };
+        self.0.insert(person.to_owned(), kept);
+        Ok(())
     }
 
     pub fn has(&self, person: &str) -> bool {
@@ -69,87 +82,85 @@ impl Shapes {
         self.0.iter()
     }
 
-    /// A shape from the command line; another one than a run before had is refused.
-    pub fn give(&mut self, person: &str, shape: [f32; SHAPE_COUNT]) -> anyhow::Result<()> {
-        let known = self.of(person);
-        if known.is_some_and(|known| known != shape) {
-            bail!(
-                "{person} has another shape in the folder's people.json; choose another --out, so that \
-                 fits of two shapes do not mix"
-            );
-        }
-        if known.is_none() {
+    /// A shape from the command line; another one than the folder has is refused.
+    pub fn give(
+        &mut self,
+        out: &Path,
+        person: &str,
+        shape: [f32; SHAPE_COUNT],
+    ) -> anyhow::Result<()> {
+        if !self.has(person) {
             let source = None;
-            self.0
-                .insert(person.to_owned(), PersonShape { shape, source });
+            self.keep(out, person, PersonShape { shape, source })?;
+        }
+        if self.of(person) != Some(shape) {
+            bail!(
+                "{person} has another shape in {}; choose another --out, so that fits of two shapes do not \
+                 mix",
+                out.join("people").display()
+            );
         }
         Ok(())
     }
-
-    /// A shape that was fitted.
-    pub fn found(&mut self, person: &str, name: &str, degrees: f64, shape: [f32; SHAPE_COUNT]) {
-        let source = Some((name.to_owned(), degrees));
-        self.0
-            .insert(person.to_owned(), PersonShape { shape, source });
-    }
 }
 
-fn path(out: &Path) -> PathBuf {
-    out.join("people.json")
+fn read_person(path: &Path) -> anyhow::Result<PersonShape> {
+    let text =
+        fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    parse(&text).with_context(|| {
+        format!(
+            "{} is not what a run before wrote; remove it to find the shape again",
+            path.display()
+        )
+    })
 }
 
-fn parse(text: &str) -> anyhow::Result<BTreeMap<String, PersonShape>> {
-    let people: BTreeMap<String, Value> = serde_json::from_str(text)?;
-    people
-        .into_iter()
-        .map(|(person, value)| {
-            let betas = value["shape"].as_array().context("no shape")?;
-            let betas: Option<Vec<f32>> = betas
-                .iter()
-                .map(|beta| beta.as_f64().map(|beta| beta as f32))
-                .collect();
-            let shape = <[f32; SHAPE_COUNT]>::try_from(betas.context("a shape of no numbers")?)
-                .ok()
-                .context("a shape of another length")?;
-            let source = value["sequence"].as_str().map(|name| {
-                let degrees = value["degreesFromRest"].as_f64().unwrap_or_default();
-                (name.to_owned(), degrees)
-            });
-            Ok((person, PersonShape { shape, source }))
-        })
-        .collect()
+fn parse(text: &str) -> anyhow::Result<PersonShape> {
+    let value: Value = serde_json::from_str(text)?;
+    let betas = value["shape"].as_array().context("no shape")?;
+    let betas: Option<Vec<f32>> = betas
+        .iter()
+        .map(|beta| beta.as_f64().map(|beta| beta as f32))
+        .collect();
+    let shape = <[f32; SHAPE_COUNT]>::try_from(betas.context("a shape of no numbers")?)
+        .ok()
+        .context("a shape of another length")?;
+    let source = value["sequence"].as_str().map(|name| {
+        let degrees = value["degreesFromRest"].as_f64().unwrap_or_default();
+        (name.to_owned(), degrees)
+    });
+    Ok(PersonShape { shape, source })
 }
 
 /// Keeps the settings of a folder's first run, and refuses others.
 pub fn check_settings(out: &Path, settings: &str) -> anyhow::Result<()> {
     let path = out.join("settings.txt");
-    match read(&path)? {
-        None => Ok(replace(&path, settings.as_bytes())?),
-        Some(before) if before == settings => Ok(()),
-        Some(before) => bail!(
+    if write_first(&path, settings.as_bytes())? {
+        return Ok(());
+    }
+    let before =
+        fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    if before != settings {
+        bail!(
             "{} has fits of other settings; choose another --out, or the settings of before: {before}",
             out.display()
-        ),
+        );
     }
+    Ok(())
 }
 
-fn read(path: &Path) -> anyhow::Result<Option<String>> {
-    match fs::read_to_string(path) {
-        Ok(text) => Ok(Some(text)),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(error).with_context(|| format!("cannot read {}", path.display())),
-    }
-}
-
-/// Removes what a killed run left half written. The folder is locked: nobody else writes there.
-pub fn remove_half_written(out: &Path) {
+/// Removes what a killed run left half written of fits that nobody else writes.
+pub fn remove_half_written(out: &Path, is_ours: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(out) else {
         return;
     };
     for entry in entries.flatten() {
         let path = entry.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.contains(".npz.") && name.ends_with(".part") {
+        let fit = name
+            .rsplit_once(".npz.")
+            .filter(|_| name.ends_with(".part"));
+        if fit.is_some_and(|(sequence, _)| is_ours(sequence)) {
             // One that cannot be removed only takes space.
             let _ = fs::remove_file(&path);
         }

@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
@@ -21,6 +20,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::motion_files::MotionFileArgs;
 use super::say;
+use super::shard::Shard;
 
 /// Shapes whose compliance a whole data set tells.
 const COMPLIANCE_SHAPES: usize = 512;
@@ -111,28 +111,6 @@ pub enum Preset {
     Full,
 }
 
-/// One of several parts of a data set.
-#[derive(Clone, Copy, Debug)]
-struct Shard {
-    /// From 1.
-    index: usize,
-    count: usize,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(index, count)| {
-            let (index, count) = (index.parse().ok()?, count.parse().ok()?);
-            (1..=count)
-                .contains(&index)
-                .then_some(Self { index, count })
-        });
-        parts.ok_or_else(|| "expected I/N with I from 1 to N, such as 2/8".to_owned())
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let bytes = fs::read(&args.body)
@@ -180,12 +158,8 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
         bail!("no clip is left after --filter {}", args.filter.join(","));
     }
     if let Some(shard) = args.shard {
-        // The jobs are sorted by length: every N-th gives parts of equal length.
-        let mut index = 0;
-        jobs.retain(|_| {
-            index += 1;
-            index % shard.count == shard.index % shard.count
-        });
+        // The jobs are sorted by length.
+        shard.every_nth(&mut jobs);
         if jobs.is_empty() {
             say("this part has no clips: there are fewer clips than parts");
             return Ok(());

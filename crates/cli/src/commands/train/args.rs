@@ -20,8 +20,15 @@ pub struct CommonArgs {
     #[arg(long)]
     pub out: PathBuf,
     /// What is held out, as JSON; the project's own split unless given.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["hold_out", "validate_on"])]
     pub split: Option<PathBuf>,
+    /// Do not learn from this motion or person, but measure on it, instead of on what the project's own split
+    /// holds out. Clips are named MOTION__PERSON. May be given several times.
+    #[arg(long, value_name = "MOTION|PERSON", requires = "validate_on")]
+    pub hold_out: Vec<String>,
+    /// Motion that decides when to stop. May be given several times.
+    #[arg(long, value_name = "MOTION", requires = "hold_out")]
+    pub validate_on: Vec<String>,
     /// Seed of everything random.
     #[arg(long, default_value_t = TrainConfig::default().seed)]
     pub seed: u64,

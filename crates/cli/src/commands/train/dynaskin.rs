@@ -150,7 +150,9 @@ fn dynaskin_networks(
             predictor,
             &prepared.inputs,
             &prepared.data.deviation_m,
-            Precision::ShortHalf,
+            // Features that nearly say the same have large weights of opposite signs, which 8 bits leave apart:
+            // a body that stands upright would be drawn to one side.
+            Precision::Half,
         )?,
         decoder_onnx: decoder_onnx(&prepared.basis, Precision::ShortHalf)?,
         latent_count: prepared.basis.components(),

@@ -23,26 +23,36 @@ pub fn facts(
         .filter(|clip| clip.name.subject.is_none())
         .map(|clip| clip.name.trial.as_str())
         .collect();
-    let formula = if kinds.is_empty() {
-        String::new()
-    } else {
-        let kinds: Vec<&str> = kinds.into_iter().collect();
-        format!(
-            " and {} clips of motions made by formula ({})",
-            training().count() - captured,
-            kinds.join(", ")
-        )
-    };
     let longest = training().map(|clip| clip.frames).max().unwrap_or(0) as f64 / 60.0;
-    TrainingFacts {
-        method,
-        networks: networks.description.clone(),
-        data: format!(
+    let kinds = Vec::from_iter(kinds).join(", ");
+    let simulator = simulator(&data_set.sim_json);
+    let is_simulated = simulator.as_object().is_some_and(|all| !all.is_empty());
+    let data = if is_simulated {
+        let formula = match kinds.is_empty() {
+            true => String::new(),
+            false => format!(
+                " and {} clips of motions made by formula ({kinds})",
+                training().count() - captured
+            ),
+        };
+        format!(
             "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {captured} clips of \
              CMU motion captures (mocap.cs.cmu.edu){formula}, each at most {longest:.1} seconds; \
              {varied} of them with tissue of other stiffness and damping.",
             shapes.len()
-        ),
+        )
+    } else {
+        format!(
+            "Soft tissue of captures, fitted by `dynaskin fit`: {} clips of {} people ({kinds}), each at \
+             most {longest:.1} seconds.",
+            training().count(),
+            shapes.len()
+        )
+    };
+    TrainingFacts {
+        method,
+        networks: networks.description.clone(),
+        data,
         seed,
         clips: training().count(),
         frames: training().map(|clip| clip.frames).sum(),
@@ -56,7 +66,7 @@ pub fn facts(
         minutes,
         config: networks.config.clone(),
         split,
-        simulator: simulator(&data_set.sim_json),
+        simulator,
     }
 }
 

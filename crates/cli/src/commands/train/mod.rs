@@ -155,14 +155,10 @@ fn read_traits(body: &Path) -> anyhow::Result<Vec<Trait>> {
 /// Runs `dynaskin train`.
 pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
     let common = command.common();
-    let split = match &common.split {
-        Some(path) => Split::read(path)?,
-        None => Split::default(),
-    };
     let (body, body_glb) = read_body(&common.body)?;
     let traits = read_traits(&common.body)?;
     let body_sha256 = BundleFile::of("body.glb", &body_glb).sha256;
-    let data_set = DataSet::open(&common.data, &body_sha256, &split)?;
+    let (data_set, split) = data_set(common, &body_sha256)?;
     say(&listing(&data_set));
 
     let input = TrainingInput {
@@ -187,6 +183,7 @@ pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
     let parts = BundleParts {
         name: &body.name,
         body_glb: &body_glb,
+        body_copyright: &body.copyright,
         with_body: !common.without_body,
         networks: &networks,
         vertices: &data_set.vertices,
@@ -204,6 +201,22 @@ pub fn run(TrainArgs(command): &TrainArgs) -> anyhow::Result<()> {
     say(&summary(&report));
     say(&format!("bundle written to {}", common.out.display()));
     Ok(())
+}
+
+/// The clips, and what of them is held out.
+fn data_set(common: &CommonArgs, body_sha256: &str) -> anyhow::Result<(DataSet, Split)> {
+    let split = match &common.split {
+        Some(path) => Split::read(path)?,
+        None => Split::default(),
+    };
+    let mut data_set = DataSet::open(&common.data, body_sha256, &split)?;
+    if common.hold_out.is_empty() {
+        return Ok((data_set, split));
+    }
+    let names = data_set.clips.iter().map(|clip| &clip.name);
+    let split = Split::of_names(names, &common.hold_out, &common.validate_on)?;
+    data_set.split_by(&split);
+    Ok((data_set, split))
 }
 
 /// A body and its file.
