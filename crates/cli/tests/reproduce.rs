@@ -37,7 +37,8 @@ fn refused(arguments: &[&str], words: &[&str]) {
 
 /// The cells of the table rows of a page that hold all `words`.
 fn cells(html: &str, words: &[&str]) -> Vec<String> {
-    let row = html.split("<tr").find(|row| {
+    // What comes before the first row is no row.
+    let row = html.split("<tr").skip(1).find(|row| {
         let text = row.split("</tr>").next().unwrap();
         words.iter().all(|word| text.contains(word))
     });
