@@ -128,7 +128,7 @@ fn largest_offset_m(model: &Path, shape: &[f32]) -> f32 {
     assert!(!model.body().pose_dirs_m.is_empty(), "no pose correctives");
     let mut avatar = Avatar::new(Arc::clone(&model), shape).unwrap();
     let hop = Procedural {
-        duration_seconds: 2.0,
+        duration_seconds: 4.0,
         ..Procedural::new(ProceduralKind::Hop)
     };
     let clip = hop.clip(avatar.joints_rest_m()).unwrap();

@@ -54,7 +54,7 @@ impl Default for TrainConfig {
     fn default() -> Self {
         Self {
             seed: 1,
-            epochs: 80,
+            epochs: 56,
             patience_epochs: PATIENCE_EPOCHS,
             encoding: 224,
             springs: 240,
