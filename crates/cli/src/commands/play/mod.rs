@@ -125,9 +125,9 @@ enum Sink {
 
 impl Sink {
     fn open(args: &PlayArgs, model: &Model, clip: &Clip, avatar: &Avatar) -> anyhow::Result<Self> {
-        let faces = &model.body().faces;
+        let body = model.body();
         if !is_video(&args.out) {
-            return Ok(Self::Meshes(Meshes::new(&args.out, faces)?));
+            return Ok(Self::Meshes(Meshes::new(&args.out, &body.faces)?));
         }
         // As high as the pelvis goes over its place at rest, and room for raised arms.
         let rise_m = clip
@@ -143,9 +143,9 @@ impl Sink {
         let view = video::View {
             size: args.size,
             turn: args.turn.to_radians() as f32,
-            height_m: 1.35 * tallest_m + rise_m,
+            height_m: 1.25 * tallest_m + rise_m,
         };
-        Ok(Self::Video(Video::start(&args.out, args.fps, view, faces)?))
+        Ok(Self::Video(Video::start(&args.out, args.fps, view, body)?))
     }
 }
 

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 
 use anyhow::{Context as _, anyhow, bail};
+use dynaskin_body::BodyModel;
 use dynaskin_report::{Picture, Triangle};
 use glam::{DVec3, Quat, Vec3};
 
-/// Matt clay, sRGB.
+/// What a body without paint is made of: matt clay, sRGB.
 const CLAY: [u8; 3] = [196, 176, 164];
 /// Room below the floor, in metres.
 const BELOW_FLOOR_M: f32 = 0.12;
@@ -34,12 +35,13 @@ pub struct Video {
     path: PathBuf,
     unfinished: PathBuf,
     view: View,
-    faces: Vec<[u32; 3]>,
+    /// Each with its colour.
+    faces: Vec<([u32; 3], [u8; 3])>,
 }
 
 impl Video {
     /// Starts ffmpeg.
-    pub fn start(path: &Path, fps: f64, view: View, faces: &[[u32; 3]]) -> anyhow::Result<Self> {
+    pub fn start(path: &Path, fps: f64, view: View, body: &BodyModel) -> anyhow::Result<Self> {
         let unfinished = beside(path)?;
         let started = Command::new("ffmpeg")
             .args(["-hide_banner", "-loglevel", "error", "-y"])
@@ -73,7 +75,7 @@ impl Video {
             path: path.to_owned(),
             unfinished,
             view,
-            faces: faces.to_vec(),
+            faces: painted(body),
         })
     }
 
@@ -143,7 +145,33 @@ fn beside(path: &Path) -> anyhow::Result<PathBuf> {
     Ok(path.with_file_name(unfinished))
 }
 
-fn picture(positions_m: &[Vec3], faces: &[[u32; 3]], view: View, pelvis_m: Vec3) -> Picture {
+/// The triangles of a body in the colours that it is painted in: shipped bodies wear sportswear.
+fn painted(body: &BodyModel) -> Vec<([u32; 3], [u8; 3])> {
+    let colour = |face: &[u32; 3]| {
+        let corners = face.map(|vertex| body.colors_srgba.get(vertex as usize).copied());
+        let [Some(a), Some(b), Some(c)] = corners else {
+            return CLAY;
+        };
+        std::array::from_fn(|channel| {
+            let sum: u16 = [a, b, c]
+                .iter()
+                .map(|corner| u16::from(corner[channel]))
+                .sum();
+            (sum / 3) as u8
+        })
+    };
+    body.faces
+        .iter()
+        .map(|face| (*face, colour(face)))
+        .collect()
+}
+
+fn picture(
+    positions_m: &[Vec3],
+    faces: &[([u32; 3], [u8; 3])],
+    view: View,
+    pelvis_m: Vec3,
+) -> Picture {
     let middle_m = Vec3::new(pelvis_m.x, 0.0, pelvis_m.z);
     // A body turned by -turn is seen from turn.
     let turn = Quat::from_rotation_y(-view.turn);
@@ -158,9 +186,9 @@ fn picture(positions_m: &[Vec3], faces: &[[u32; 3]], view: View, pelvis_m: Vec3)
         size: (view.size, view.size),
         triangles: faces
             .iter()
-            .map(|face| Triangle {
+            .map(|(face, colour)| Triangle {
                 corners: corners(face),
-                colour: CLAY,
+                colour: *colour,
             })
             .collect(),
         window: Some([[-half_m, half_m], [-BELOW_FLOOR_M, view.height_m]]),
