@@ -198,14 +198,24 @@ fn captures_of_several_people_are_listed_fitted_and_gone_on_with() {
         "--out",
         out.to_str().unwrap(),
     ];
+    // One who is never at rest stops nobody else, and is told in the end.
+    let all = dynaskin("fit-all", &usual);
     refused(
-        &dynaskin("fit-all", &usual),
-        &["50007", "begins at rest", "--shape 50007="],
+        &all,
+        &[
+            "1 of 4 sequences",
+            "50007_wild",
+            "begins at rest",
+            "--shape 50007=",
+        ],
     );
+    let text = String::from_utf8_lossy(&all.stdout);
+    assert!(text.contains("50002: shape from 50002_arm"), "{text}");
+    assert!(text.contains("3 of 4 sequences are fitted"), "{text}");
     let people = ["--person", "50002", "--person", "50004"];
     let two = [&usual[..], &people].concat();
     let text = printed(&dynaskin("fit-all", &two));
-    assert!(text.contains("50002: shape from 50002_arm"), "{text}");
+    assert!(text.contains("3 sequences are there already"), "{text}");
     assert!(text.contains("3 of 3 sequences are fitted"), "{text}");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(

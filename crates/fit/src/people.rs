@@ -150,15 +150,13 @@ pub fn turned_degrees(body: &BodyModel, scans: &Scans<'_>) -> Result<f64, FitErr
     Ok(sum / turns.len() as f64)
 }
 
-/// Of each person the sequence whose first frame is nearest to rest, with its [`turned_degrees`].
-/// `captures` and `degrees` go together; a capture without degrees is passed over.
-///
-/// # Errors
-/// [`FitError::NeverAtRest`] for a person whose sequences all begin far from rest.
+/// Of each person the sequence whose first frame is nearest to rest, with its [`turned_degrees`]; or
+/// [`FitError::NeverAtRest`] for a person whose sequences all begin far from rest. `captures` and `degrees` go
+/// together; a capture without degrees is passed over.
 pub fn nearest_to_rest<'c>(
     captures: &'c [Capture],
     degrees: &[Option<f64>],
-) -> Result<BTreeMap<&'c str, (&'c Capture, f64)>, FitError> {
+) -> BTreeMap<&'c str, Result<(&'c Capture, f64), FitError>> {
     let mut nearest: BTreeMap<&str, (&Capture, f64)> = BTreeMap::new();
     for (capture, degrees) in captures.iter().zip(degrees) {
         let Some(degrees) = *degrees else {
@@ -169,15 +167,16 @@ pub fn nearest_to_rest<'c>(
             *best = (capture, degrees);
         }
     }
-    match nearest
-        .values()
-        .find(|(_, degrees)| *degrees > REST_DEGREES)
-    {
-        None => Ok(nearest),
-        Some((capture, degrees)) => Err(FitError::NeverAtRest {
+    let outcome = |(person, (capture, degrees)): (&'c str, (&'c Capture, f64))| {
+        if degrees <= REST_DEGREES {
+            return (person, Ok((capture, degrees)));
+        }
+        let error = FitError::NeverAtRest {
             person: capture.person.clone(),
             nearest: capture.name.clone(),
-            degrees: *degrees,
-        }),
-    }
+            degrees,
+        };
+        (person, Err(error))
+    };
+    nearest.into_iter().map(outcome).collect()
 }

@@ -71,6 +71,8 @@ struct Work<'a> {
     body: &'a BodyModel,
     sha256: &'a str,
     shapes: &'a Shapes,
+    /// Why a person has no shape, by name.
+    shapeless: &'a BTreeMap<String, String>,
     pool: rayon::ThreadPool,
     bar: ProgressBar,
 }
@@ -101,8 +103,8 @@ pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
     let ours = found.get(ours).unwrap_or_default();
     let names: BTreeSet<&str> = ours.iter().map(|capture| capture.name.as_str()).collect();
     state::remove_half_written(&args.out, |name| names.contains(name));
-    let shapes = shapes(args, &body, &found, ours)?;
-    let failed = fit_all(args, &body, &sha256, &shapes, ours)?;
+    let (shapes, shapeless) = shapes(args, &body, &found, ours)?;
+    let failed = fit_all(args, (&body, &sha256), (&shapes, &shapeless), ours)?;
     let told = format!(
         "{} of {} sequences are fitted",
         ours.len() - failed.len(),
@@ -125,8 +127,9 @@ pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
         .map(|(name, reason)| format!("  {name}: {reason}"))
         .collect();
     bail!(
-        "{} sequences could not be fitted:\n{}",
+        "{} of {} sequences could not be fitted:\n{}",
         failed.len(),
+        ours.len(),
         reasons.join("\n")
     )
 }
@@ -141,13 +144,13 @@ fn settings_text(args: &FitAllArgs, sha256: &str) -> String {
 }
 
 /// The shape of each person of `ours`: given, in the folder already, or fitted to the sequence nearest to rest
-/// among all that were `found`.
+/// among all that were `found`. The second are the people without one, and why: they do not stop the others.
 fn shapes(
     args: &FitAllArgs,
     body: &BodyModel,
     found: &[Capture],
     ours: &[Capture],
-) -> anyhow::Result<Shapes> {
+) -> anyhow::Result<(Shapes, BTreeMap<String, String>)> {
     let mut shapes = Shapes::read(&args.out)?;
     for given in &args.shape {
         let Some((person, betas)) = given.split_once('=') else {
@@ -175,21 +178,41 @@ fn shapes(
         })
         .collect();
     bar.finish_and_clear();
-    for (person, (capture, degrees)) in nearest_to_rest(&new, &degrees)? {
-        let scans = open(args, body, capture)?;
-        let fit = SequenceFit::begin(body, &scans, &args.settings.fit_options(body, None))
-            .with_context(|| capture.name.clone())?;
-        say(&format!(
-            "{person}: shape from {}, which begins {degrees:.0} degrees from rest",
-            capture.name
-        ));
-        let found = PersonShape {
-            shape: fit.shape(),
-            source: Some((capture.name.clone(), degrees)),
-        };
-        shapes.keep(&args.out, person, found)?;
+    let mut shapeless = BTreeMap::new();
+    for (person, nearest) in nearest_to_rest(&new, &degrees) {
+        match nearest
+            .map_err(anyhow::Error::from)
+            .and_then(|nearest| person_shape(args, body, nearest))
+        {
+            Ok(found) => {
+                if let Some((name, degrees)) = &found.source {
+                    say(&format!(
+                        "{person}: shape from {name}, which begins {degrees:.0} degrees from rest"
+                    ));
+                }
+                shapes.keep(&args.out, person, found)?;
+            }
+            Err(error) => {
+                shapeless.insert(person.to_owned(), format!("{error:#}"));
+            }
+        }
     }
-    Ok(shapes)
+    Ok((shapes, shapeless))
+}
+
+/// The shape of the person of a sequence, and by how many degrees its first frame is from rest.
+fn person_shape(
+    args: &FitAllArgs,
+    body: &BodyModel,
+    (capture, degrees): (&Capture, f64),
+) -> anyhow::Result<PersonShape> {
+    let scans = open(args, body, capture)?;
+    let fit = SequenceFit::begin(body, &scans, &args.settings.fit_options(body, None))
+        .with_context(|| capture.name.clone())?;
+    Ok(PersonShape {
+        shape: fit.shape(),
+        source: Some((capture.name.clone(), degrees)),
+    })
 }
 
 fn open<'b>(
@@ -206,9 +229,8 @@ fn open<'b>(
 /// Fits what is not there yet. Gives why sequences could not be fitted, by name.
 fn fit_all(
     args: &FitAllArgs,
-    body: &BodyModel,
-    sha256: &str,
-    shapes: &Shapes,
+    (body, sha256): (&BodyModel, &str),
+    (shapes, shapeless): (&Shapes, &BTreeMap<String, String>),
     found: &[Capture],
 ) -> anyhow::Result<BTreeMap<String, String>> {
     let mut failed = BTreeMap::new();
@@ -243,6 +265,7 @@ fn fit_all(
         body,
         sha256,
         shapes,
+        shapeless,
         pool,
         bar: progress_bar(frames),
     };
@@ -266,6 +289,9 @@ fn fit_all(
 
 fn fit_one(work: &Work<'_>, capture: &Capture) -> anyhow::Result<()> {
     let (args, body) = (work.args, work.body);
+    if let Some(reason) = work.shapeless.get(&capture.person) {
+        bail!("{reason}");
+    }
     let shape: [f32; SHAPE_COUNT] = work
         .shapes
         .of(&capture.person)
