@@ -58,20 +58,25 @@ impl Basis {
             range = (&transposed * (sample * &range)).qr().q();
         }
         drop(transposed);
-        let projected = sample * &range;
-        let spectrum = (projected.transpose() * &projected).symmetric_eigen();
-        let mut order: Vec<usize> = (0..width).collect();
-        order.sort_by(|a, b| spectrum.eigenvalues[*b].total_cmp(&spectrum.eigenvalues[*a]));
-        order.truncate(components);
-        let turn = spectrum.eigenvectors.select_columns(&order);
+        // Not by the eigenvectors of its square: nalgebra's are NaN in single precision where offsets move in few
+        // ways.
+        let spectrum = (sample * &range).svd(false, true);
+        let Some(turned) = spectrum.v_t else {
+            return Err(TrainError::NotFinite {
+                place: "the principal components".into(),
+            });
+        };
+        let turn = turned.rows(0, components).transpose();
         let frames = sample.nrows() as f32;
         let directions = range * turn;
         Ok(Self {
             transposed: directions.transpose(),
             directions,
-            deviation_m: order
+            deviation_m: spectrum
+                .singular_values
                 .iter()
-                .map(|i| (spectrum.eigenvalues[*i].max(0.0) / frames).sqrt())
+                .take(components)
+                .map(|value| value / frames.sqrt())
                 .collect(),
         })
     }
@@ -193,6 +198,25 @@ mod tests {
         }
         let gram = basis.directions.tr_mul(&basis.directions);
         assert!((gram - DMatrix::identity(12, 12)).amax() < 1e-5);
+    }
+
+    #[test]
+    fn offsets_that_move_in_one_way_have_a_basis() {
+        // What rounding leaves of the other ways spreads over many orders of magnitude.
+        let sample = DMatrix::from_fn(40, 300, |frame, coordinate| {
+            let swing = (0.3 * frame as f32).sin();
+            let size_m = 0.01 * (-(coordinate as f32) / 20.0).exp();
+            swing * size_m
+        });
+        let basis = Basis::fit(&sample, 24, 1).expect("a basis");
+        let rows = basis.rows();
+        assert!(rows.iter().all(|x| x.is_finite()));
+        assert!(basis.deviation_m[0] > 1e-3 && basis.deviation_m[1] < 1e-6);
+        let field: Vec<f32> = sample.row(7).iter().copied().collect();
+        let latent = basis.project(&field)[0];
+        for (coordinate, metres) in field.iter().enumerate() {
+            assert!((latent * rows[coordinate] - metres).abs() < 1e-6);
+        }
     }
 
     #[test]

@@ -15,8 +15,11 @@ use crate::pca::Basis;
 
 /// Most components of one block.
 const MOST_COMPONENTS: usize = 64;
-/// Components of a block that is its own mirror image deviate by this share of the largest or are left out.
+/// Components of a block deviate by this share of the largest or are left out: below it lies what single
+/// precision leaves of directions in which nothing moves.
 const LEAST_SHARE: f32 = 1e-3;
+/// Deviation of the one component of a block that never moves, in metres. Latents are divided by it.
+const LEAST_DEVIATION_M: f32 = 1e-6;
 /// A vertex this close to the plane x = 0 lies on it, in metres.
 const MIDLINE_M: f32 = 1e-3;
 /// Name of the block that lies on both sides.
@@ -52,7 +55,7 @@ pub struct Block {
 pub struct BlockBasis {
     /// The blocks; latents are those of the first block, then those of the second, and so on.
     pub blocks: Vec<Block>,
-    /// Root mean square of each latent over the sample, in metres.
+    /// Root mean square of each latent over the sample, in metres; above 0.
     pub deviation_m: Vec<f32>,
     coordinates: usize,
 }
@@ -146,7 +149,7 @@ impl BlockBasis {
             let basis = match (other, across(&part.slots)) {
                 (Some(other), _) => other,
                 (None, Some(across)) => even_and_odd(&of_block, &across, most, seed)?,
-                (None, None) => Basis::fit(&of_block, most, seed)?,
+                (None, None) => moving(&Basis::fit(&of_block, most, seed)?),
             };
             blocks.push(Block {
                 name: part.name,
@@ -159,11 +162,9 @@ impl BlockBasis {
         for (block, count) in blocks.iter_mut().zip(counts) {
             block.basis = block.basis.truncated(count);
         }
-        let deviations = blocks
-            .iter()
-            .map(|block| block.basis.deviation_m.as_slice());
+        let deviations = blocks.iter().flat_map(|block| &block.basis.deviation_m);
         Ok(Self {
-            deviation_m: deviations.collect::<Vec<_>>().concat(),
+            deviation_m: deviations.map(|m| m.max(LEAST_DEVIATION_M)).collect(),
             blocks,
             coordinates: sample.ncols(),
         })
@@ -315,18 +316,16 @@ fn even_and_odd(
     }
     let even = Basis::fit(&(0.5 * (&fields + &mirrored)).transpose(), components, seed)?;
     let odd = Basis::fit(&(0.5 * (fields - mirrored)).transpose(), components, seed)?;
-    // Directions in which nothing moves are neither.
-    let largest = even.deviation_m[0].max(odd.deviation_m[0]);
-    let moving = |basis: &Basis| {
-        let moving = |deviation: &&f32| **deviation > LEAST_SHARE * largest;
-        basis.deviation_m.iter().take_while(moving).count()
-    };
-    let (even_count, odd_count) = (moving(&even), moving(&odd));
-    if even_count + odd_count == 0 {
-        return Ok(even.truncated(1));
-    }
-    let both = even.truncated(even_count).merged(&odd.truncated(odd_count));
-    Ok(both.truncated(components.min(both.components())))
+    let both = even.merged(&odd);
+    Ok(moving(&both.truncated(components)))
+}
+
+/// The directions in which something moves, the largest first; one where nothing does.
+fn moving(basis: &Basis) -> Basis {
+    let largest_m = basis.deviation_m[0];
+    let moves = |deviation_m: &&f32| **deviation_m > LEAST_SHARE * largest_m;
+    let count = basis.deviation_m.iter().take_while(moves).count();
+    basis.truncated(count.max(1))
 }
 
 /// How many components each block gets. Left and right blocks count as one, whose directions come in
@@ -449,6 +448,26 @@ mod tests {
         assert!(counts[1] > counts[0], "{counts:?}");
         let error = BlockBasis::fit(&sample(80, 4), parts(), 2, 1, None).expect_err("too few");
         assert!(error.to_string().contains("at least 3"), "{error}");
+    }
+
+    #[test]
+    fn directions_in_which_nothing_moves_are_left_out() {
+        // The left side moves in one way, the right side not at all.
+        let mut sample = sample(80, 3);
+        let one_way = sample.columns(12, 1) * sample.view((0, 12), (1, 12));
+        sample.columns_mut(12, 12).copy_from(&one_way);
+        sample.columns_mut(24, 12).fill(0.0);
+        let basis = BlockBasis::fit(&sample, parts(), 30, 1, None).expect("a basis");
+        let counts: Vec<usize> = basis.blocks.iter().map(|b| b.basis.components()).collect();
+        assert_eq!(counts, [1, 3, 1]);
+        assert!(
+            basis
+                .deviation_m
+                .iter()
+                .all(|deviation_m| *deviation_m > 0.0)
+        );
+        let still = basis.project(&[1e-3; 36])[4] / basis.deviation_m[4];
+        assert!(still.is_finite(), "{still}");
     }
 
     #[test]

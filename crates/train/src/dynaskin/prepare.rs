@@ -190,7 +190,7 @@ fn normalised(
         let mut latents = sequence.latents;
         for frame in latents.chunks_exact_mut(basis.components()) {
             for (latent, deviation) in frame.iter_mut().zip(&basis.deviation_m) {
-                *latent /= deviation.max(f32::MIN_POSITIVE);
+                *latent /= deviation;
             }
         }
         let to = if sequence.set == Set::Training {
