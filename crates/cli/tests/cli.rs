@@ -3,28 +3,17 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/command.rs"]
+mod command;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
+
+use command::{dynaskin, refused};
 
 fn female_body() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/female/body.glb")
-}
-
-fn dynaskin(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_dynaskin"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-/// Standard error of a call that has to fail, without a panic.
-fn refusal(arguments: &[&str]) -> String {
-    let output = dynaskin(arguments);
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success(), "{arguments:?} should fail");
-    assert!(!text.contains("panicked"), "{text}");
-    text
 }
 
 /// Simulates half a second of one motion; what was printed.
@@ -69,7 +58,7 @@ fn simulated_clips_are_kept_and_damaged_ones_made_again() {
     // Training names the clip that it cannot read.
     fs::write(&clip, &whole[..whole.len() / 2]).unwrap();
     let body = female_body();
-    let error = refusal(&[
+    let error = refused(&[
         "train",
         "--data",
         folder.path().to_str().unwrap(),
@@ -119,7 +108,7 @@ fn clips_of_another_body_and_earlier_runs_are_not_replaced() {
     let clip = folder.path().join("hop-190-090__s0.safetensors");
     let whole = fs::read(&clip).unwrap();
     let male = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/male/body.glb");
-    let error = refusal(&[
+    let error = refused(&[
         "simulate",
         "--body",
         male.to_str().unwrap(),
@@ -141,7 +130,7 @@ fn clips_of_another_body_and_earlier_runs_are_not_replaced() {
     fs::create_dir_all(model.join("checkpoint")).unwrap();
     fs::write(model.join("checkpoint/state.json"), "{}").unwrap();
     let body = female_body();
-    let error = refusal(&[
+    let error = refused(&[
         "train",
         "--data",
         here,
@@ -190,7 +179,7 @@ fn what_is_missing_is_named() {
     let here = folder.path().to_str().unwrap();
     let body = female_body();
     let body = body.to_str().unwrap();
-    let simulate = |more: &[&str]| refusal(&[&["simulate", "--out", here], more].concat());
+    let simulate = |more: &[&str]| refused(&[&["simulate", "--out", here], more].concat());
     assert!(simulate(&["--body", body]).contains("--mocap FOLDER"));
     let empty = simulate(&["--body", body, "--mocap", here]);
     assert!(empty.contains("holds no motion files"), "{empty}");
@@ -221,11 +210,11 @@ fn what_is_missing_is_named() {
     let nobody = simulate(&["--body", "nobody.glb", "--procedural"]);
     assert!(nobody.contains("nobody.glb"), "{nobody}");
 
-    let no_data = refusal(&["train", "--data", here, "--body", body, "--out", here]);
+    let no_data = refused(&["train", "--data", here, "--body", body, "--out", here]);
     assert!(no_data.contains(here), "{no_data}");
-    let no_model = refusal(&["evaluate", "--model", here, "--data", here]);
+    let no_model = refused(&["evaluate", "--model", here, "--data", here]);
     assert!(no_model.contains("bundle.json"), "{no_model}");
-    let no_source = refusal(&["body", "build", "--source", here, "--out", here]);
+    let no_source = refused(&["body", "build", "--source", here, "--out", here]);
     assert!(no_source.contains("LICENSE.md"), "{no_source}");
 }
 
@@ -290,7 +279,7 @@ fn parts_of_a_data_set_make_the_whole() {
     for bad in ["0/3", "4/3", "x", "1/0", "1"] {
         let mut arguments = small(body, parts.path().to_str().unwrap());
         arguments.extend(["--shard", bad]);
-        assert!(refusal(&arguments).contains("such as 2/8"), "{bad}");
+        assert!(refused(&arguments).contains("such as 2/8"), "{bad}");
     }
 }
 
@@ -299,9 +288,9 @@ fn a_data_set_without_captures_and_a_report_without_its_folder_are_refused() {
     let body = female_body();
     let body = body.to_str().unwrap();
     let out = ["simulate", "--body", body, "--out", "nowhere"];
-    let error = refusal(&[&out[..], &["--preset", "full"]].concat());
+    let error = refused(&[&out[..], &["--preset", "full"]].concat());
     assert!(error.contains("--mocap FOLDER"), "{error}");
-    let error = refusal(&["simulate", "--body", body]);
+    let error = refused(&["simulate", "--body", body]);
     assert!(error.contains("--out"), "{error}");
 }
 

@@ -3,38 +3,17 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/command.rs"]
+mod command;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use command::{printed, refused};
 use dynaskin_sim::ClipData;
 
 fn female_body() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/female/body.glb")
-}
-
-fn dynaskin(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_dynaskin"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-/// Standard output of a call that has to succeed.
-fn printed(arguments: &[&str]) -> String {
-    let output = dynaskin(arguments);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {error}");
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-/// What a call that has to fail says.
-fn refused(arguments: &[&str]) -> String {
-    let output = dynaskin(arguments);
-    assert!(!output.status.success(), "{arguments:?} went well");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!error.contains("panicked"), "{error}");
-    error
 }
 
 /// Simulates the `frames` first frames of `clips` (names, by commas) into the folder `data`.

@@ -4,12 +4,16 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/command.rs"]
+mod command;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::OnceLock;
 
+use command::{dynaskin, refused};
 use dynaskin_evaluate::Method;
 use dynaskin_sim::ClipData;
 use tempfile::TempDir;
@@ -29,22 +33,6 @@ fn body_of(sex: &str) -> String {
         .to_str()
         .unwrap()
         .to_owned()
-}
-
-fn dynaskin(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_dynaskin"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-/// What a call that has to fail says.
-fn refused(arguments: &[&str]) -> String {
-    let output = dynaskin(arguments);
-    assert!(!output.status.success(), "{arguments:?} went well");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!error.contains("panicked"), "{error}");
-    error
 }
 
 /// A folder with the clips, simulated once for all tests of this file.

@@ -3,34 +3,17 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/command.rs"]
+mod command;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
+use command::{dynaskin, refused};
 use dynaskin_npz::Writer;
 
 const FRAMES: usize = 61;
-
-fn models() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models")
-}
-
-fn dynaskin(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_dynaskin"))
-        .current_dir(models().join(".."))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-/// Standard error of a call that has to fail, without a panic.
-fn refusal(arguments: &[&str]) -> String {
-    let output = dynaskin(arguments);
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success(), "{arguments:?} should fail");
-    assert!(!text.contains("panicked"), "{text}");
-    text
-}
 
 /// A second of hops in the rest pose, 60 poses a second.
 fn hops(folder: &Path) -> PathBuf {
@@ -107,7 +90,7 @@ fn what_cannot_be_played_is_refused_with_a_remedy() {
         ];
         arguments.extend(["--out", out.to_str().unwrap()]);
         arguments.extend(more);
-        refusal(&arguments)
+        refused(&arguments)
     };
     let video = play("female", &folder.path().join("clip.webm"), &[]);
     assert!(video.contains("give NAME.mp4"), "{video}");
@@ -143,7 +126,7 @@ fn a_video_is_whole_or_not_there() {
     let out = folder.path().join("hops.mp4");
     let play = |programs: &Path| {
         Command::new(env!("CARGO_BIN_EXE_dynaskin"))
-            .current_dir(models().join(".."))
+            .current_dir(command::repository())
             .env("PATH", programs)
             .args(["play", motion.to_str().unwrap(), "--body", "female"])
             .args(["--up", "y", "--fps", "10", "--size", "128"])

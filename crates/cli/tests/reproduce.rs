@@ -3,33 +3,22 @@
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/command.rs"]
+mod command;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+
+use command::printed;
 
 fn body() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/female/body.glb");
     path.to_str().unwrap().to_owned()
 }
 
-fn dynaskin(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_dynaskin"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn done(arguments: &[&str]) {
-    let output = dynaskin(arguments);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {error}");
-}
-
+/// A call that has to fail and say all `words`.
 fn refused(arguments: &[&str], words: &[&str]) {
-    let output = dynaskin(arguments);
-    assert!(!output.status.success(), "{arguments:?} went well");
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(!error.contains("panicked"), "{error}");
+    let error = command::refused(arguments);
     for word in words {
         assert!(error.contains(word), "`{word}` is missing in: {error}");
     }
@@ -68,7 +57,7 @@ fn figures_of_the_papers_stand_beside_theirs() {
         "--limit-frames",
         "40",
     ];
-    done(&[&simulate[..], &short].concat());
+    printed(&[&simulate[..], &short].concat());
     let (casas, dsnet) = (path("casas"), path("dsnet"));
     let train = |method, out: &str, sizes: &[&str]| {
         let start = [
@@ -82,7 +71,7 @@ fn figures_of_the_papers_stand_beside_theirs() {
             "--autoencoder-frames",
             "40",
         ];
-        done(&[&start[..], &epochs, sizes].concat());
+        printed(&[&start[..], &epochs, sizes].concat());
     };
     let widths = ["--autoencoder-widths", "24,12,6", "--neurons", "16"];
     train("casas-otaduy", &casas, &widths);
@@ -90,7 +79,7 @@ fn figures_of_the_papers_stand_beside_theirs() {
 
     let page = |figure: &str, more: &[&str]| {
         let out = path("pages/page.html");
-        done(&[&["reproduce", figure, "--out", &out], more].concat());
+        printed(&[&["reproduce", figure, "--out", &out], more].concat());
         fs::read_to_string(&out).unwrap()
     };
     let html = page("casas-fig7", &["--model", &casas, "--data", &data]);

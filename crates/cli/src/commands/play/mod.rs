@@ -141,8 +141,8 @@ impl Sink {
             .map(|joint| joint.y)
             .fold(0.0, f32::max);
         let view = video::View {
-            size: args.size,
-            turn: args.turn.to_radians() as f32,
+            size_px: args.size,
+            turn_radians: args.turn.to_radians() as f32,
             height_m: 1.25 * tallest_m + rise_m,
         };
         Ok(Self::Video(Video::start(&args.out, args.fps, view, body)?))

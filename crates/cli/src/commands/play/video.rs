@@ -20,9 +20,9 @@ const BELOW_FLOOR_M: f32 = 0.12;
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     /// Width and height in pixels.
-    pub size: u32,
+    pub size_px: u32,
     /// About the vertical, in radians: 0 from the front.
-    pub turn: f32,
+    pub turn_radians: f32,
     /// From the floor to the upper edge, in metres.
     pub height_m: f32,
 }
@@ -174,7 +174,7 @@ fn picture(
 ) -> Picture {
     let middle_m = Vec3::new(pelvis_m.x, 0.0, pelvis_m.z);
     // A body turned by -turn is seen from turn.
-    let turn = Quat::from_rotation_y(-view.turn);
+    let turn = Quat::from_rotation_y(-view.turn_radians);
     let seen: Vec<[f32; 3]> = positions_m
         .iter()
         .map(|position_m| (turn * (*position_m - middle_m)).to_array())
@@ -183,7 +183,7 @@ fn picture(
         |face: &[u32; 3]| face.map(|vertex| seen.get(vertex as usize).copied().unwrap_or_default());
     let half_m = 0.5 * (view.height_m + BELOW_FLOOR_M);
     Picture {
-        size: (view.size, view.size),
+        size: (view.size_px, view.size_px),
         triangles: faces
             .iter()
             .map(|(face, colour)| Triangle {
