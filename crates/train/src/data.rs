@@ -123,6 +123,12 @@ impl DataSet {
         }
     }
 
+    /// Whether the clips were simulated, and not fitted to captures.
+    pub fn is_simulated(&self) -> bool {
+        let settings: serde_json::Value = serde_json::from_str(&self.sim_json).unwrap_or_default();
+        settings.as_object().is_some_and(|all| !all.is_empty())
+    }
+
     /// What training depends on, in a few characters: clips, their lengths and sets, and vertices. A
     /// run goes on only with the data that it began with, or what is held out now may be known to it.
     pub fn fingerprint(&self) -> String {

@@ -68,7 +68,7 @@ pub fn page(data_set: &DataSet) -> Report {
         ]);
     }
     report.table(&table);
-    let simulated = data_set.sim_json.len() > 2;
+    let simulated = data_set.is_simulated();
     differences(
         &mut report,
         &[

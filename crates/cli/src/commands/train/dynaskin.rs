@@ -150,8 +150,7 @@ fn dynaskin_networks(
             predictor,
             &prepared.inputs,
             &prepared.data.deviation_m,
-            // Features that nearly say the same have large weights of opposite signs, which 8 bits leave apart:
-            // a body that stands upright would be drawn to one side.
+            // 8 bits would save an eighth of the predictor's bytes, which fit as they are.
             Precision::Half,
         )?,
         decoder_onnx: decoder_onnx(&prepared.basis, Precision::ShortHalf)?,

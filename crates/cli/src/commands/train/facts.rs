@@ -26,8 +26,7 @@ pub fn facts(
     let longest = training().map(|clip| clip.frames).max().unwrap_or(0) as f64 / 60.0;
     let kinds = Vec::from_iter(kinds).join(", ");
     let simulator = simulator(&data_set.sim_json);
-    let is_simulated = simulator.as_object().is_some_and(|all| !all.is_empty());
-    let data = if is_simulated {
+    let data = if data_set.is_simulated() {
         let formula = match kinds.is_empty() {
             true => String::new(),
             false => format!(
