@@ -5,18 +5,12 @@
 //! are told by their colours, all of which lie between two; the shader then draws a sharp edge
 //! where the mixture is even, along a line that [`hem`] lays through the triangles.
 
-use std::collections::HashMap;
+use dynaskin_clothes::{Tones, hem};
 
-use crate::{BodyMesh, gpu_data::MaterialUniform, heat::linear_from_srgb, hem};
+use crate::{BodyMesh, gpu_data::MaterialUniform, heat::linear_from_srgb};
 
 /// Colour of a body that brings none: the light grey of a shop mannequin.
 const PLAIN_SRGB: [u8; 3] = [178, 180, 184];
-
-/// Two colours closer than this (of 255) are shades of one.
-const LEAST_DISTANCE: f32 = 40.0;
-
-/// How far (of 255) a colour may be off the line between the two: files round their colours.
-const LINE_TOLERANCE: f32 = 6.0;
 
 /// A body's colours as the GPU takes them.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,13 +74,10 @@ impl Paint {
         }
         let colors = mesh.colors_srgba.to_vec();
         let painted = mesh.colors_srgba.as_chunks::<4>().0;
-        let two_tone = two_tones(painted).and_then(|tones| {
-            let shares = painted.iter().map(|color| share_of_second(&tones, *color));
-            Some((tones, shares.collect::<Option<Vec<f32>>>()?))
-        });
-        let Some(([first, second], shares)) = two_tone else {
+        let Some(Tones { srgb, shares }) = Tones::of(painted) else {
             return plain(colors);
         };
+        let [first, second] = srgb.map(|tone| tone.map(f32::from));
         let linear = |tone: [f32; 3]| tone.map(|encoded| linear_from_srgb(encoded / 255.0));
         Self {
             material: MaterialUniform {
@@ -105,46 +96,6 @@ impl Paint {
     }
 }
 
-/// The most frequent colour, and the most frequent one that differs clearly from it.
-fn two_tones(painted: &[[u8; 4]]) -> Option<[[f32; 3]; 2]> {
-    let mut counts: HashMap<[u8; 3], usize> = HashMap::new();
-    for &[r, g, b, _] in painted {
-        *counts.entry([r, g, b]).or_default() += 1;
-    }
-    // Ties go to the lower colour, so that the order of the map does not show.
-    let most_frequent = |accept: &dyn Fn([f32; 3]) -> bool| {
-        let accepted = counts
-            .iter()
-            .filter(|(color, _)| accept(color.map(f32::from)));
-        let best = accepted.max_by_key(|&(color, count)| (count, std::cmp::Reverse(color)));
-        best.map(|(color, _)| color.map(f32::from))
-    };
-    let first = most_frequent(&|_| true)?;
-    let second = most_frequent(&|color| distance(color, first) >= LEAST_DISTANCE)?;
-    Some([first, second])
-}
-
-/// How much of the second tone, 0..=1, is in a colour; none if it is no mixture of the two.
-fn share_of_second([first, second]: &[[f32; 3]; 2], [r, g, b, _]: [u8; 4]) -> Option<f32> {
-    let color = [r, g, b].map(f32::from);
-    let axis: [f32; 3] = std::array::from_fn(|idx| second[idx] - first[idx]);
-    let length_squared: f32 = axis.iter().map(|part| part * part).sum();
-    let along: f32 = (0..3)
-        .map(|idx| (color[idx] - first[idx]) * axis[idx])
-        .sum();
-    let share = (along / length_squared).clamp(0.0, 1.0);
-    let mixture = std::array::from_fn(|idx| first[idx] + share * axis[idx]);
-    (distance(color, mixture) <= LINE_TOLERANCE).then_some(share)
-}
-
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).powi(2))
-        .sum::<f32>()
-        .sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,16 +111,6 @@ mod tests {
             skin_weights: &[],
             colors_srgba: colors.as_flattened(),
         })
-    }
-
-    #[test]
-    fn mixtures_of_skin_and_cloth_are_told_apart() {
-        let paint = paint(&[SKIN, SKIN, SKIN, HALF, CLOTH, CLOTH], &[]);
-        assert_eq!(paint.material.two_tone, 1);
-        assert!(paint.material.first_linear[0] > paint.material.second_linear[0]);
-        let shares = paint.hem.unwrap().shares;
-        assert_eq!([&shares[..3], &shares[4..]], [&[0.0; 3][..], &[1.0; 2]]);
-        assert!((shares[3] - 0.5).abs() < 0.01, "{shares:?}");
     }
 
     #[test]

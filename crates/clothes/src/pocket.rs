@@ -19,7 +19,7 @@ const LEAST_AROUND: usize = 2 * TERMS;
 
 /// A connected part of a surface whose vertices lie on what is around them.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pocket {
+pub struct Pocket {
     inner: Vec<u32>,
     around: Vec<u32>,
     /// `[inner][around]` flattened; those of one vertex sum to 1.
@@ -92,7 +92,8 @@ impl Pocket {
         })
     }
 
-    /// Lays the inner vertices on what is around them.
+    /// Lays the inner vertices on what is around them. It is linear: what it does to a template and to shape
+    /// directions, it does to every shape.
     pub fn apply(&self, places: &mut [[f32; 3]]) {
         for (&vertex, weights) in self
             .inner

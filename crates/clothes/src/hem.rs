@@ -9,7 +9,7 @@
 use glam::Vec3;
 
 /// Distances beyond this are cut off, in metres: more than a triangle's edge.
-pub(crate) const REACH_M: f32 = 0.05;
+pub const REACH_M: f32 = 0.05;
 
 /// How far each of the two diffusions carries, in metres. Teeth of one triangle disappear, and
 /// straps three triangles wide stay.
@@ -24,7 +24,7 @@ const MOST_ROUNDS: usize = 200;
 
 /// Metres into the second colour, negative in the first, for shares of the second colour (`[V]`,
 /// 0..=1) on a surface of `positions_m` (`[V][3]` flattened).
-pub(crate) fn distances_m(shares: &[f32], faces: &[u32], positions_m: &[f32]) -> Vec<f32> {
+pub fn distances_m(shares: &[f32], faces: &[u32], positions_m: &[f32]) -> Vec<f32> {
     let sheet = Sheet::new(faces, positions_m.as_chunks::<3>().0);
     let spread = sheet.spread(shares, 1.0);
     // On a plane, diffusion from a straight line leaves `exp(-distance / SPREAD_M) / 2` beyond it.

@@ -19,7 +19,7 @@ const STEPS: [f32; 2] = [0.65, -0.666];
 
 /// A part of a surface that is smoothed whenever it is drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Drape {
+pub struct Drape {
     /// The vertices that move, and how much of the way.
     movers: Vec<(u32, f32)>,
     /// Where the neighbours of mover i begin; `[movers + 1]`.
@@ -32,6 +32,16 @@ pub(crate) struct Drape {
 }
 
 impl Drape {
+    /// For painted clothes: `cloth_shares` (`[V]`, 0..=1: how much of each vertex is cloth) and `faces` (`[F][3]`
+    /// flattened, indices below V); None where there are none, or only narrow ones.
+    pub fn of_clothes(cloth_shares: &[f32], faces: &[u32]) -> Option<Self> {
+        let inside: Vec<bool> = cloth_shares
+            .iter()
+            .map(|&share| share > CLOTH_SHARE)
+            .collect();
+        Self::new(&inner_shares(&inside, faces), faces)
+    }
+
     /// For `shares` of vertices (`[V]`, 0..=1: how much of the smoothing they take) and `faces` (`[F][3]`
     /// flattened, indices below V); None where nothing is to be smoothed.
     pub fn new(shares: &[f32], faces: &[u32]) -> Option<Self> {
@@ -67,8 +77,7 @@ impl Drape {
         (!drape.movers.is_empty()).then_some(drape)
     }
 
-    /// How much of the way a vertex goes.
-    #[cfg(test)]
+    /// How much of the way a vertex goes, 0..=1.
     pub fn share(&self, vertex: u32) -> f32 {
         let found = self.movers.iter().find(|(mover, _)| *mover == vertex);
         found.map_or(0.0, |&(_, share)| share)
@@ -78,16 +87,7 @@ impl Drape {
     pub fn apply(&self, positions_m: &mut [f32], normals: &mut [f32]) {
         let places = positions_m.as_chunks_mut::<3>().0;
         let normals = normals.as_chunks_mut::<3>().0;
-        let pockets = self.pockets.get_or_init(|| {
-            let mut neighbours: Vec<&[u32]> = vec![&[]; places.len()];
-            for (&(vertex, share), range) in self.movers.iter().zip(self.starts.windows(2)) {
-                if share >= 1.0 {
-                    neighbours[vertex as usize] = &self.neighbours[range[0]..range[1]];
-                }
-            }
-            Pocket::find(&neighbours, places, normals)
-        });
-        for pocket in pockets {
+        for pocket in self.pockets(places, normals) {
             pocket.apply(places);
         }
         let mut moved: Vec<Vec3> = Vec::with_capacity(self.movers.len());
@@ -112,6 +112,20 @@ impl Drape {
         self.renew_normals(places, normals);
     }
 
+    /// Fine patches of the mesh that move wholly, as the first surface that is asked about has them; `[V]` positions
+    /// in metres and unit normals.
+    pub fn pockets(&self, places: &[[f32; 3]], normals: &[[f32; 3]]) -> &[Pocket] {
+        self.pockets.get_or_init(|| {
+            let mut neighbours: Vec<&[u32]> = vec![&[]; places.len()];
+            for (&(vertex, share), range) in self.movers.iter().zip(self.starts.windows(2)) {
+                if share >= 1.0 {
+                    neighbours[vertex as usize] = &self.neighbours[range[0]..range[1]];
+                }
+            }
+            Pocket::find(&neighbours, places, normals)
+        })
+    }
+
     /// The triangles' normals, weighted by their areas, at the vertices that moved.
     fn renew_normals(&self, places: &[[f32; 3]], normals: &mut [[f32; 3]]) {
         let mut sums = vec![Vec3::ZERO; places.len()];
@@ -129,6 +143,36 @@ impl Drape {
             normals[vertex as usize] = mixed.to_array();
         }
     }
+}
+
+/// A vertex is under cloth from this share on; the hem is where it is a half. Nearer to the whole, hems that blend over
+/// centimetres would hold what is not near them.
+const CLOTH_SHARE: f32 = 0.75;
+
+/// Rings of triangles from the hem inwards over which the cloth comes to be free of the skin: the hem
+/// itself is held, or it would wander and fray.
+const HEM_RINGS: usize = 3;
+
+/// How freely each vertex moves: 0 outside and at the hem of what is `inside`, 1 some rings further in.
+fn inner_shares(inside: &[bool], faces: &[u32]) -> Vec<f32> {
+    let mut rings: Vec<usize> = inside
+        .iter()
+        .map(|&is_inside| if is_inside { HEM_RINGS } else { 0 })
+        .collect();
+    for ring in 1..HEM_RINGS {
+        let before = rings.clone();
+        for face in faces.as_chunks::<3>().0 {
+            let corners = face.map(|corner| corner as usize);
+            if corners.iter().all(|&corner| before[corner] >= ring) {
+                continue;
+            }
+            for corner in corners {
+                rings[corner] = rings[corner].min(ring);
+            }
+        }
+    }
+    let share = |ring: usize| (ring.max(1) - 1) as f32 / (HEM_RINGS - 1) as f32;
+    rings.into_iter().map(share).collect()
 }
 
 #[cfg(test)]
@@ -229,5 +273,29 @@ mod tests {
             }
         }
         assert_eq!(Drape::new(&vec![0.0; SIDE * SIDE], &faces), None);
+    }
+
+    #[test]
+    fn cloth_is_held_at_its_hem_and_free_further_in() {
+        // A strip of 12 rows of two vertices; cloth from row 3 on.
+        let faces: Vec<u32> = (0..11)
+            .flat_map(|row| {
+                let at = 2 * row;
+                [at, at + 1, at + 2, at + 1, at + 3, at + 2]
+            })
+            .collect();
+        let inside: Vec<bool> = (0..24).map(|idx| idx >= 6).collect();
+        let shares = inner_shares(&inside, &faces);
+        for (row, pair) in shares.as_chunks::<2>().0.iter().enumerate() {
+            let expected = match row {
+                0..=3 => 0.0,
+                4 => 0.5,
+                _ => 1.0,
+            };
+            assert!(
+                pair.iter().all(|share| (share - expected).abs() < 1e-6),
+                "{row}: {pair:?}"
+            );
+        }
     }
 }
