@@ -9,7 +9,9 @@ use std::sync::LazyLock;
 
 use common::{body, default_bodies, glb, tetrahedron};
 use dynaskin_body::{BodyError, BodyModel, POSE_DIR_COUNT, SHAPE_COUNT};
+use dynaskin_clothes::Tones;
 use glam::Vec3;
+use gltf::json::accessor::{ComponentType, Type};
 use proptest::prelude::*;
 
 static SMALL: LazyLock<Vec<u8>> = LazyLock::new(|| tetrahedron().to_glb().unwrap());
@@ -36,6 +38,43 @@ fn a_read_body_survives_writing_and_reading() {
         let bytes = original.to_glb().unwrap();
         assert_same(&original, &body(&bytes));
         assert_eq!(body(&bytes).to_glb().unwrap(), bytes);
+    }
+}
+
+#[test]
+fn clothes_are_a_texture_that_steps_at_their_hem() {
+    for original in default_bodies() {
+        let bytes = original.to_glb().unwrap();
+        let file = dynaskin_glb::Document::parse(&bytes).unwrap();
+        let root: serde_json::Value = serde_json::from_slice(file.json()).unwrap();
+        let attributes = &root["meshes"][0]["primitives"][0]["attributes"];
+        assert!(attributes["COLOR_0"].is_null(), "colours would tint it");
+        let texels = attributes["TEXCOORD_0"].as_u64().unwrap() as usize;
+        let texels = file
+            .elements(texels, ComponentType::U16, Type::Vec2)
+            .unwrap();
+        let shares = Tones::of(&original.colors_srgba).unwrap().shares;
+        let pure = texels
+            .iter()
+            .zip(&shares)
+            .filter(|(_, share)| **share <= 0.0 || **share >= 1.0);
+        let (right, wrong): (Vec<_>, Vec<_>) = pure.partition(|(texel, share)| {
+            let across = u16::from_le_bytes([texel[0], texel[1]]);
+            (across > u16::MAX / 2) == (**share > 0.5)
+        });
+        // The hem is smoothed, and cuts corners of a vertex or two.
+        assert!(
+            wrong.len() * 200 < right.len(),
+            "{} {}",
+            wrong.len(),
+            right.len()
+        );
+        let material = &root["materials"][0]["pbrMetallicRoughness"];
+        assert_eq!(material["baseColorTexture"]["index"], 0);
+        // The texture's palette are the two colours.
+        let palette = bytes.windows(4).position(|word| word == b"PLTE").unwrap() + 4;
+        let tones = Tones::of(&original.colors_srgba).unwrap().srgb;
+        assert_eq!(bytes[palette..palette + 6], *tones.as_flattened());
     }
 }
 

@@ -14,10 +14,13 @@ import {
   VectorKeyframeTrack,
 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { afterAll, describe, expect, it } from "vitest";
+import { afterAll, describe, expect, it, vi } from "vitest";
 import { hopGlb } from "../../../tests/hop-files.js";
 import { degreesOff, jointAt, recipe, Shaking, TICK } from "./recipe-support.js";
 import { largestDifference, largestOffset, loadModel, readModelFile } from "./support.js";
+
+// GLTFLoader asks the page for it, to make addresses of textures.
+vi.stubGlobal("self", globalThis);
 
 const model = await loadModel();
 

@@ -24,6 +24,9 @@ import {
   readModelFile,
 } from "./support.js";
 
+// GLTFLoader asks the page for it, to make addresses of textures.
+vi.stubGlobal("self", globalThis);
+
 const SHAPE = [0.8, 1.5, -0.5, 0.4, 0, 0, 0, 0, 0, 0];
 
 let model: Model;

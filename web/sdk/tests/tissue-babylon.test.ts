@@ -10,7 +10,7 @@ import { type Model, Motion } from "dynaskin";
 import { AvatarTissue, type Binding, bindAvatar } from "dynaskin/babylon";
 import { bindAvatar as bindInThree } from "dynaskin/three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { afterAll, beforeAll, describe, expect, it, vi } from "vitest";
 import {
   expectError,
   largestDifference,
@@ -18,6 +18,9 @@ import {
   loadModel,
   readModelFile,
 } from "./support.js";
+
+// GLTFLoader asks the page for it, to make addresses of textures.
+vi.stubGlobal("self", globalThis);
 
 const ADULT = { depicts: "adult", worker: false } as const;
 

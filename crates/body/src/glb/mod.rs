@@ -11,13 +11,19 @@
 //! | `joint_shape_dirs` | 240 × VEC3 f32 | metres per standard deviation, coefficient by coefficient |
 //! | `thickness` | 11 × V SCALAR i16 | template, then ten directions, steps of [`THICKNESS_STEP_M`] |
 //! | `region_weights` | 6 × V SCALAR u8 | in [`Region::ALL`](crate::Region::ALL) order, 255 is 1 |
+//! | `colors` | V VEC4 u8 | sRGB and opacity of the vertices of a body painted in two colours |
 //! | `pose_dirs` | 207 × V VEC3 i16 | pose correctives, field by field, each in steps of its own |
 //! | `pose_dir_steps` | 207 SCALAR f32 | the step of each field in metres, a power of two |
+//!
+//! A body that is painted in two colours and mixtures of them, such as skin and clothes, shows a sharp line between
+//! them in any viewer: `TEXCOORD_0` says how far from that line a vertex is, and the base colour is a texture that
+//! steps from one colour to the other in its middle. Other colours are `COLOR_0`.
 //!
 //! `name` is the body's name and `version` is 1. `thickness`, `region_weights`, the pose correctives
 //! and the colours are left out where a model knows none. `asset.copyright` is the body's. Reading a
 //! written body and writing it again gives the same bytes.
 
+mod painting;
 mod pose_dirs;
 mod read;
 mod write;
@@ -45,6 +51,8 @@ struct BodyExtras {
     thickness: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     region_weights: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    colors: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pose_dirs: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -88,9 +88,10 @@ impl BodyReader<'_> {
             attribute(Semantic::Weights(0), "WEIGHTS_0")?,
             n_vertices,
         )?;
-        let colors_srgba = match attribute(Semantic::Colors(0), "COLOR_0") {
-            Ok(accessor) => self.colors(accessor, n_vertices)?,
-            Err(_) => Vec::new(),
+        let colors_srgba = match (extras.colors, attribute(Semantic::Colors(0), "COLOR_0")) {
+            (Some(accessor), _) => self.painted_colors(accessor, n_vertices)?,
+            (None, Ok(accessor)) => self.colors(accessor, n_vertices)?,
+            (None, Err(_)) => Vec::new(),
         };
         let targets = primitive.targets.as_deref().unwrap_or_default();
         if targets.len() != SHAPE_COUNT {
@@ -239,6 +240,16 @@ impl BodyReader<'_> {
             .exactly(n_vertices, "COLOR_0")?
             .iter()
             .map(|e| [srgb(e[0]), srgb(e[1]), srgb(e[2]), e[3]])
+            .collect())
+    }
+
+    fn painted_colors(&self, index: usize, n_vertices: usize) -> Result<Vec<[u8; 4]>, BodyError> {
+        Ok(self
+            .file
+            .elements(index, ComponentType::U8, Type::Vec4)?
+            .exactly(n_vertices, "colors")?
+            .iter()
+            .map(|e| [e[0], e[1], e[2], e[3]])
             .collect())
     }
 

@@ -3,6 +3,7 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
+use super::painting::{self, Painting};
 use super::pose_dirs::{self, Steps};
 use super::{BodyExtras, EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
 use crate::normals::vertex_normals;
@@ -35,9 +36,7 @@ struct Layout {
 
 impl Buffer {
     fn push(&mut self, bytes: &[u8], layout: &Layout, more: Value) -> usize {
-        while !self.bytes.len().is_multiple_of(4) {
-            self.bytes.push(0);
-        }
+        self.align();
         let mut view = json!({
             "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
         });
@@ -69,6 +68,22 @@ impl Buffer {
             target,
         };
         self.push(bytemuck::cast_slice(values), &layout, json!({}))
+    }
+
+    /// Bytes that are no accessor; the index of their view.
+    fn push_bytes(&mut self, bytes: &[u8]) -> usize {
+        self.align();
+        self.views.push(json!({
+            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
+        }));
+        self.bytes.extend_from_slice(bytes);
+        self.views.len() - 1
+    }
+
+    fn align(&mut self) {
+        while !self.bytes.len().is_multiple_of(4) {
+            self.bytes.push(0);
+        }
     }
 
     /// Positions in steps, padded to 8 bytes as vertex attributes must be aligned to 4.
@@ -136,7 +151,13 @@ impl BodyModel {
         let mut attributes = json!({
             "POSITION": position, "NORMAL": normal, "JOINTS_0": joints, "WEIGHTS_0": weights,
         });
-        if !self.colors_srgba.is_empty() {
+        let painting = Painting::of(self);
+        if let Some(painting) = &painting {
+            let normalized = json!({ "normalized": true });
+            let texels = bytemuck::cast_slice(&painting.texels);
+            attributes["TEXCOORD_0"] =
+                json!(buffer.push(texels, &attribute(U16, "VEC2"), normalized));
+        } else if !self.colors_srgba.is_empty() {
             // glTF multiplies vertex colours in linear light.
             let linear: Vec<[u8; 4]> = self.colors_srgba.iter().map(|c| linear_color(*c)).collect();
             let normalized = json!({ "normalized": true });
@@ -149,7 +170,7 @@ impl BodyModel {
             .map(|dirs| json!({ "POSITION": buffer.vec3_steps(dirs) }))
             .collect();
 
-        let extras = self.extras(&mut buffer, &pose_dirs);
+        let extras = self.extras(&mut buffer, &pose_dirs, painting.is_some());
         let inverse_bind: Vec<[f32; 16]> = self
             .joint_template_m
             .iter()
@@ -177,7 +198,12 @@ impl BodyModel {
         let names: Vec<String> = (0..targets.len()).map(|i| format!("shape_{i}")).collect();
         let mut mesh_extras = json!(extras);
         mesh_extras["targetNames"] = json!(names);
-        let document = json!({
+        let mut material =
+            json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.7 } });
+        if painting.is_some() {
+            material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+        }
+        let mut document = json!({
             "asset": self.asset(),
             "extensionsUsed": ["KHR_mesh_quantization"],
             "extensionsRequired": ["KHR_mesh_quantization"],
@@ -186,16 +212,21 @@ impl BodyModel {
             "nodes": nodes,
             "skins": [{ "joints": (0..JOINT_COUNT).collect::<Vec<_>>(), "skeleton": 0,
                         "inverseBindMatrices": inverse_bind }],
-            "materials": [{ "pbrMetallicRoughness":
-                            { "metallicFactor": 0.0, "roughnessFactor": 0.7 } }],
+            "materials": [material],
             "meshes": [{ "name": self.name, "extras": mesh_extras,
                          "weights": vec![0.0; targets.len()],
                          "primitives": [{ "attributes": attributes, "indices": indices,
                                           "material": 0, "targets": targets }] }],
-            "accessors": buffer.accessors,
-            "bufferViews": buffer.views,
-            "buffers": [{ "byteLength": buffer.bytes.len() }],
         });
+        if let Some(painting) = &painting {
+            let view = buffer.push_bytes(&painting.png);
+            document["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
+            document["samplers"] = json!([painting::SAMPLER]);
+            document["textures"] = json!([{ "source": 0, "sampler": 0 }]);
+        }
+        document["accessors"] = json!(buffer.accessors);
+        document["bufferViews"] = json!(buffer.views);
+        document["buffers"] = json!([{ "byteLength": buffer.bytes.len() }]);
         Ok(container(document.to_string().into_bytes(), buffer.bytes))
     }
 
@@ -282,7 +313,7 @@ impl BodyModel {
         asset
     }
 
-    fn extras(&self, buffer: &mut Buffer, pose_dirs: &[Steps]) -> MeshExtras {
+    fn extras(&self, buffer: &mut Buffer, pose_dirs: &[Steps], is_painting: bool) -> MeshExtras {
         let flat = |component, count| Layout {
             component,
             kind: "SCALAR",
@@ -313,6 +344,13 @@ impl BodyModel {
                 }),
                 region_weights: (!regions.is_empty())
                     .then(|| buffer.push(&regions, &flat(U8, regions.len()), json!({}))),
+                colors: is_painting.then(|| {
+                    let layout = Layout {
+                        kind: "VEC4",
+                        ..flat(U8, self.colors_srgba.len())
+                    };
+                    buffer.push(self.colors_srgba.as_flattened(), &layout, json!({}))
+                }),
                 pose_dirs: (!pose_dirs.is_empty()).then(|| {
                     let values: Vec<[i16; 3]> = pose_dirs
                         .iter()
