@@ -198,7 +198,7 @@ test("files of other kinds play the same hop: GLB, VRMA and AMASS npz", async ({
 });
 
 test("a file chosen with the button plays", async ({ reused: page }) => {
-  await openDemo(page);
+  await openDemo(page, "?view=side&motion=twist&caption=1");
   const chooser = page.waitForEvent("filechooser");
   await page.getByRole("button", { name: "Open a motion file" }).click();
   await (await chooser).setFiles({
@@ -207,6 +207,8 @@ test("a file chosen with the button plays", async ({ reused: page }) => {
     buffer: Buffer.from(hopFile()),
   });
   await expect(page.locator("#now-playing")).toContainText("chosen.bvh");
+  // Of a file it is not known whether feet land in it.
+  await expect(page.locator("#caption")).toContainText("as the body turns back or stops");
 });
 
 /** The hop with the body 9,000 km away at one frame, further than a pose may be. */
@@ -219,15 +221,19 @@ function farAway(frame: number): string {
 }
 
 const BAD_FILES: [string, string | Uint8Array, RegExp][] = [
-  ["letter.bvh", "Dear reader, this is no motion.", /neither BVH.*Dear reader/],
-  ["walk.fbx", "Kaydara FBX Binary  \0", /an FBX file.*convert it to GLB/],
+  ["letter.bvh", "Dear reader, this is no motion.", /Neither BVH.*Dear reader/],
+  ["walk.fbx", "Kaydara FBX Binary  \0", /This is an FBX file.*convert it to GLB/],
+  ["scene.dae", "<?xml version='1.0'?><COLLADA></COLLADA>", /a COLLADA file.*convert it to GLB/],
+  ["scene.gltf", '{"asset": {"version": "2.0"}}', /glTF of several files.*GLB/],
+  ["page.bvh", "<!DOCTYPE html><title>404</title>", /a web page.*download the file itself/],
+  ["film.mp4", "\0\0\0\x20ftypisom", /a video.*pose estimator/],
   ["nothing.bvh", "", /The file is empty/],
-  ["cut.glb", (await hopGlb()).slice(0, 3000), /GLB, container/],
-  ["cut.npz", hopNpz().slice(0, 3000), /motion \.npz: not an archive/],
+  ["cut.glb", (await hopGlb()).slice(0, 3000), /GLB, container.*the file is cut off/],
+  ["cut.npz", hopNpz().slice(0, 3000), /Motion \.npz: not an archive/],
   ["truncated.bvh", hopFile().slice(0, hopFile().indexOf("Frame Time:") + 40), /truncated/],
   ["nobody.bvh", hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box"), /joint/i],
-  ["far-at-once.bvh", farAway(0), /frame \d+: the body is .* m from where it starts/],
-  ["far-later.bvh", farAway(20), /frame \d+: the body is .* m from where it starts/],
+  ["far-at-once.bvh", farAway(0), /Frame \d+: the body is .* m from where it starts/],
+  ["far-later.bvh", farAway(20), /Frame \d+: the body is .* m from where it starts/],
 ];
 for (const [name, text, expected] of BAD_FILES) {
   test(`${name} is refused with a reason, and the avatar goes on`, async ({ reused: page }) => {

@@ -151,7 +151,7 @@ describe("the demo in Firefox", () => {
     );
     await drop("letter.bvh", new TextEncoder().encode("Dear reader"));
     await page.waitForFunction(() =>
-      document.querySelector("[role=alert]")?.textContent?.includes("neither BVH"),
+      document.querySelector("[role=alert]")?.textContent?.includes("Neither BVH"),
     );
     expect(problems).toEqual([]);
   });

@@ -168,7 +168,16 @@ fn check_length(bytes: &[u8]) -> Result<(), GlbError> {
         Some(&[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]) as usize,
         _ => 0,
     };
-    if written < 12 || written > bytes.len() {
+    if written > bytes.len() {
+        return Err(GlbError::new(
+            "container",
+            format!(
+                "{written} bytes, as its header says; there are {}, so the file is cut off: copy or download it again",
+                bytes.len()
+            ),
+        ));
+    }
+    if written < 12 {
         return Err(GlbError::new(
             "container",
             format!(

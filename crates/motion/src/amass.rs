@@ -197,8 +197,8 @@ struct Arrays {
 impl Arrays {
     fn find(file: &mut Archive<impl Read + Seek>) -> Result<Self, MotionError> {
         let keys = file.keys();
-        if let Some(pickle) = keys.is_empty().then_some(PICKLE) {
-            return Err(pickle);
+        if let Some(other) = keys.is_empty().then_some(NO_ARRAYS) {
+            return Err(other);
         }
         let root = key_of(file, &ROOT_KEYS);
         let one = key_of(file, &POSE_KEYS);
@@ -338,9 +338,10 @@ fn key_of(file: &Archive<impl Read + Seek>, spellings: &[&'static str]) -> Optio
     spellings.iter().copied().find(|key| file.has(key))
 }
 
-const PICKLE: MotionError = MotionError::OtherKind {
-    kind: "an archive without NumPy arrays, such as PyTorch saves (.pt, a Python pickle)",
-    what_to_do: "load it in Python and save its arrays with `numpy.savez`",
+const NO_ARRAYS: MotionError = MotionError::OtherKind {
+    kind: "an archive without NumPy arrays, such as a ZIP file, a USD file (.usdz) or a Python pickle (.pt)",
+    what_to_do: "unpack a ZIP file and choose the motion in it, convert a USD file to GLB, and save a pickle's \
+                 arrays with `numpy.savez`",
 };
 
 /// Shape coefficients: of the whole file, or the first frame's where every frame has its own.

@@ -164,6 +164,9 @@ pub enum MotionError {
         /// The array, what it should be and what it is.
         reason: String,
     },
+    /// There are no bytes.
+    #[error("the file is empty: nothing was saved into it; export or download it again")]
+    EmptyFile,
     /// The bytes are of a known kind that is not read.
     #[error("this is {kind}, which is not read; {what_to_do}")]
     OtherKind {
@@ -175,7 +178,7 @@ pub enum MotionError {
     /// The bytes are no motion file of a known kind.
     #[error(
         "neither BVH (text that begins with HIERARCHY), binary glTF (GLB, VRM, VRMA) nor SMPL poses \
-         (.npz): it begins with {found}. Convert FBX files, and glTF of several files, to GLB"
+         (.npz): it begins with {found}. Export the motion as one of these; Blender and most other programs do"
     )]
     UnknownFile {
         /// The first bytes, as far as they are text.

@@ -3,6 +3,7 @@
 use dynaskin_body::{JOINT_COUNT, Pose};
 use glam::Vec3;
 
+use crate::other_kind::other_kind;
 use crate::{Bvh, Clip, GltfMotion, JointReport, MotionError, ReadOptions, retarget_watched};
 
 /// A motion file.
@@ -31,9 +32,12 @@ impl MotionFile {
     ///
     /// # Errors
     /// What [`Bvh::parse_with`], [`GltfMotion::parse_with`] and `Amass::read_with` refuse;
-    /// [`MotionError::OtherKind`] for files of known kinds that are not supported,
+    /// [`MotionError::EmptyFile`], [`MotionError::OtherKind`] for files of known kinds that are not supported,
     /// [`MotionError::UnknownFile`] for all others.
     pub fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
+        if bytes.is_empty() {
+            return Err(MotionError::EmptyFile);
+        }
         if bytes.starts_with(b"glTF") {
             return GltfMotion::parse_with(bytes, options).map(Self::Gltf);
         }
@@ -196,24 +200,5 @@ fn jumps_note(clip: &Clip) -> Option<String> {
             "the body jumps after frame {} and {more} more: taken as cuts",
             places.join(", ")
         )),
-    }
-}
-
-/// A kind of file that holds motions and is not read, and what to do.
-fn other_kind(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
-    match bytes {
-        [0x80, 2..=5, ..] => Some((
-            "a Python pickle (.pkl)",
-            "load it in Python and save its arrays with `numpy.savez`",
-        )),
-        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => Some((
-            "a single NumPy array (.npy)",
-            "save `poses`, `trans` and `mocap_framerate` together with `numpy.savez`",
-        )),
-        _ if bytes.starts_with(b"Kaydara FBX") => Some((
-            "an FBX file",
-            "convert it to GLB, with Blender for instance",
-        )),
-        _ => None,
     }
 }

@@ -10,6 +10,7 @@ mod file;
 mod glb;
 mod interpolate;
 mod options;
+mod other_kind;
 mod procedural;
 mod puppet;
 mod retarget;

@@ -350,16 +350,26 @@ fn a_small_file_whose_channels_share_many_keys_is_refused_at_once() {
 
 #[test]
 fn other_files_are_told_what_would_be_one() {
-    for bytes in [
-        &b"\x89PNG\r\n\x1a\n"[..],
-        b"",
-        b"; FBX 7.4.0 project file",
-        b"{\"asset\":{}}",
+    let text_of = |bytes| MotionFile::parse(bytes).expect_err("no motion").to_string();
+    let unknown = text_of(b"Dear reader");
+    for word in ["BVH", "GLB", "HIERARCHY", "Dear reader"] {
+        assert!(unknown.contains(word), "`{word}` is missing in: {unknown}");
+    }
+    for (bytes, what, what_to_do) in [
+        (&b"\x89PNG\r\n\x1a\n"[..], "a picture", "choose the file"),
+        (b"", "the file is empty", "export or download it again"),
+        (
+            b"; FBX 7.4.0 project file",
+            "an FBX file",
+            "convert it to GLB",
+        ),
+        (b"{\"asset\":{}}", "glTF of several files", "GLB"),
     ] {
-        let error = MotionFile::parse(bytes).expect_err("no motion").to_string();
-        for word in ["BVH", "GLB", "HIERARCHY"] {
-            assert!(error.contains(word), "`{word}` is missing in: {error}");
-        }
+        let error = text_of(bytes);
+        assert!(
+            error.contains(what) && error.contains(what_to_do),
+            "{error}"
+        );
     }
 }
 

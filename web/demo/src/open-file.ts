@@ -1,10 +1,8 @@
 import { type Avatar, Motion } from "dynaskin";
 import { byId } from "./dom.js";
 import { jointNames } from "./joint-names.js";
-import { checkKind } from "./motion-kind.js";
 import type { MotionFile } from "./motions.js";
 import { showFileProblem, showFileReport } from "./report.js";
-import { dismissErrors, showError } from "./toast.js";
 
 /** Largest file that is read into memory, in bytes. */
 const MAX_FILE_BYTES = 64e6;
@@ -23,24 +21,31 @@ export interface FilePlayer {
   play: (motion: Motion, file: MotionFile) => void;
 }
 
+async function readFile(file: File): Promise<Uint8Array> {
+  try {
+    return new Uint8Array(await file.arrayBuffer());
+  } catch {
+    // Browsers hand folders over as files that cannot be read.
+    throw new Error(
+      "The browser cannot read it: it is a folder, or was moved or deleted meanwhile.",
+    );
+  }
+}
+
 /** Plays a motion file; one that cannot be played is explained, and what played goes on. */
 export async function openMotionFile(file: File, player: FilePlayer): Promise<void> {
   try {
     if (file.size > MAX_FILE_BYTES) {
       throw new Error(`It has ${(file.size / 1e6).toFixed(0)} MB; the page reads up to 64 MB.`);
     }
-    const bytes = new Uint8Array(await file.arrayBuffer());
-    checkKind(file.name, bytes);
+    const bytes = await readFile(file);
     const motion = Motion.fromFile(bytes, await player.avatar());
     player.leaveStory();
-    dismissErrors();
     player.play(motion, { name: file.name, bytes });
     showFileReport(file.name, motion);
     byId("file-report").scrollIntoView({ block: "nearest" });
   } catch (error) {
     player.leaveStory();
-    showFileProblem(file.name, error, await jointNames(file));
-    byId("file-report").scrollIntoView({ block: "nearest" });
-    showError(`${file.name} cannot be played`, error);
+    showFileProblem(`${file.name} cannot be played`, error, await jointNames(file).catch(() => []));
   }
 }
