@@ -169,6 +169,37 @@ test("a body that cannot be had leaves clip, actors, panel and address alone", a
   await expect(page.locator("#loading")).toHaveClass(/done/);
 });
 
+test("a message goes when what it says is over", async ({ page }) => {
+  await page.route("**/male/body.glb", (route) => route.abort());
+  await openDemo(page);
+  const alert = page.getByRole("alert");
+  await test.step("a file that was refused, once another motion is chosen", async () => {
+    await dropFile(page, "letter.bvh", "Dear reader, this is no motion.");
+    await expect(alert).toContainText("letter.bvh cannot be played");
+    await page.getByRole("combobox", { name: "Motion" }).selectOption("twist");
+    await expect(alert).not.toContainText("letter.bvh");
+    await expect(page.locator("#file-report")).toBeHidden();
+  });
+  await test.step("a body that could not be had, once it is there", async () => {
+    await page.getByText("Male", { exact: true }).click();
+    await expect(alert).toContainText("The male body could not be loaded");
+    await page.unroute("**/male/body.glb");
+    // By the panel; with the message's own button it goes anyway.
+    await page.getByText("Male", { exact: true }).click();
+    await expect(page.locator("#now-playing")).toContainText("male body");
+    await expect(page.locator("#loading")).toHaveClass(/done/);
+    await expect(alert).not.toContainText("could not be loaded");
+  });
+  await test.step("a recording, once it has ended", async () => {
+    await page.keyboard.press("v");
+    await expect(page.getByText("Press again to stop")).toBeVisible();
+    const download = page.waitForEvent("download");
+    await page.keyboard.press("v");
+    await download;
+    await expect(page.getByText("Press again to stop")).toHaveCount(0);
+  });
+});
+
 test("who goes back to the body on the screen has it at once", async ({ page }) => {
   let letGo = () => {};
   const held = new Promise<void>((done) => {

@@ -27,7 +27,7 @@ import { Panel } from "./panel.js";
 import { Playback } from "./playing.js";
 import { Program } from "./program.js";
 import { showReadings } from "./readings.js";
-import { showFileProblem } from "./report.js";
+import { hideFileReport, showFileProblem } from "./report.js";
 import { readSettings } from "./settings.js";
 import { Stage } from "./stage.js";
 import {
@@ -181,7 +181,7 @@ export class App {
     const { backend: _, resolution: __, ...settings } = readSettings(search);
     this.store.change({ ...settings, file: null, fileBefore: null, held: null });
     await this.#loader.following;
-    byId("file-report").hidden = true;
+    hideFileReport();
     this.#changed(() => {
       this.#playback?.setMotion(this.#program.makeMotion(this.#playback.avatar));
       announcePlaying(this.store.state, this.#program.label);
@@ -307,13 +307,12 @@ export class App {
       const refused = this.#program.refuseFile();
       this.#playback.setMotion(this.#program.makeMotion(this.#playback.avatar));
       announcePlaying(this.store.state, this.#program.label);
-      showFileProblem(refused?.name ?? "", error, []);
-      showError(`${refused?.name} cannot be played to its end`, error);
+      showFileProblem(`${refused?.name} cannot be played to its end`, error, []);
     }
   }
 
   #playChosen(motion: MotionName, clip: string | null): void {
-    byId("file-report").hidden = true;
+    hideFileReport();
     chooseMotion(this.store, motion, clip);
     // A clip plays once it is there.
     wait(this.store, { motion: false });

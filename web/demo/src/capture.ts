@@ -1,6 +1,6 @@
 import { type ClipTexts, makeClip } from "./clip.js";
 import { byId } from "./dom.js";
-import { showError, showNote } from "./toast.js";
+import { showError, showWhile } from "./toast.js";
 import type { View } from "./view.js";
 
 const RECORDING_FPS = 30;
@@ -42,7 +42,10 @@ export class Capture {
   async saveClip(texts: ClipTexts, advance: (seconds: number) => void): Promise<void> {
     if (this.#isFilming || this.#recorder) return;
     this.#isFilming = true;
-    showNote("Filming", "Four seconds, frame by frame. The video is saved when it is done.");
+    const unsay = showWhile(
+      "Filming",
+      "Four seconds, frame by frame. The video is saved when it is done.",
+    );
     try {
       const clip = await makeClip(this.#view, texts, advance);
       if (clip) save(clip, "dynaskin.mp4");
@@ -51,6 +54,7 @@ export class Capture {
       showError("No film was made", error);
     } finally {
       this.#isFilming = false;
+      unsay();
     }
   }
 
@@ -92,7 +96,9 @@ export class Capture {
   #start(recorder: MediaRecorder, longestSeconds: number): void {
     const parts: Blob[] = [];
     recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
+    const unsay = showWhile("Recording", `Press again to stop; it ends after ${longestSeconds} s.`);
     recorder.addEventListener("stop", () => {
+      unsay();
       clearTimeout(this.#stopTimer);
       for (const track of recorder.stream.getTracks()) track.stop();
       this.#recorder = null;
@@ -102,7 +108,6 @@ export class Capture {
     recorder.start();
     this.#recorder = recorder;
     this.#showRecording(true);
-    showNote("Recording", `Press again to stop; it ends after ${longestSeconds} s.`);
     const stop = () => recorder.state === "recording" && recorder.stop();
     this.#stopTimer = window.setTimeout(stop, longestSeconds * 1000);
   }

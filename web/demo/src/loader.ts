@@ -64,6 +64,8 @@ export class Loader {
   /** Stops the latest download of a model, and that of other networks and clips. */
   #download: AbortController | null = null;
   #recasting: AbortController | null = null;
+  /** What was said of downloads that failed, until what they were for is on the screen after all. */
+  #said: { isRight: () => boolean; unsay: () => void }[] = [];
 
   /** `show` shows the settings' actors of a cast; what it throws leaves the present ones there. */
   constructor(store: PageStore, view: View, loading: LoadingBar, show: (cast: Cast) => void) {
@@ -73,6 +75,7 @@ export class Loader {
     this.#show = (cast) => {
       show(cast);
       this.#shown = { ...pick(store.state), sex: cast.sex };
+      this.#unsay();
     };
     this.#sex = store.state.sex;
   }
@@ -126,6 +129,12 @@ export class Loader {
     else
       await this.#load(sex, download.signal).catch((error) => this.#explainLoad(download, error));
     this.#finish(download);
+  }
+
+  /** Takes messages away about what is there by now. */
+  #unsay(): void {
+    for (const { isRight, unsay } of this.#said) if (isRight()) unsay();
+    this.#said = this.#said.filter(({ isRight }) => !isRight());
   }
 
   /** Takes the bar away once nothing is being downloaded any more. */
@@ -192,13 +201,17 @@ export class Loader {
       this.#store.change(wanted);
       if (!this.#download) void this.openModel();
     };
+    const { sex } = wanted;
+    const say = (title: string) => {
+      const isRight = () => this.#shown.sex === sex && Boolean(this.#store.state.cast?.model);
+      this.#said.push({ isRight, unsay: showError(title, error, tryAgain) });
+    };
     if (!shown) {
-      showError("The page could not start", error, tryAgain);
+      say("The page could not start");
       return;
     }
-    const { sex } = wanted;
     const what = shown.sex === sex && !shown.model ? `networks of the ${sex} body` : `${sex} body`;
-    showError(`The ${what} could not be loaded`, error, tryAgain);
+    say(`The ${what} could not be loaded`);
     this.#goBack();
   }
 
@@ -270,7 +283,10 @@ export class Loader {
   /** Says why actors or a clip could not be had, and shows those of `instead`. */
   #explainActors(error: unknown, instead: ActorSettings): void {
     const wanted = pick(this.#store.state);
-    showError("That comparison could not be loaded", error, () => this.#store.change(wanted));
+    const again = () => this.#store.change(wanted);
+    const unsay = showError("That comparison could not be loaded", error, again);
+    const isRight = () => JSON.stringify(this.#shown) === JSON.stringify(wanted);
+    this.#said.push({ isRight, unsay });
     this.#store.change(instead);
   }
 }

@@ -1,9 +1,14 @@
 import type { Motion } from "dynaskin";
 import { byId, create } from "./dom.js";
+import { messageOf, showError } from "./toast.js";
+
+/** Takes away the message about the file that was refused last. */
+let unsay = () => {};
 
 /** Says what became of a file's joints, with the table when some found no counterpart. */
 export function showFileReport(fileName: string, motion: Motion): void {
   const report = motion.jointReport;
+  unsay();
   const area = byId("file-report");
   area.hidden = false;
   area.classList.remove("bad");
@@ -44,16 +49,28 @@ function notesList(motion: Motion): HTMLElement[] {
   return [create("ul", {}, items)];
 }
 
-/** Says why a file was refused, and which joints it has, if any; what played goes on. */
-export function showFileProblem(fileName: string, error: unknown, joints: string[]): void {
+/** Takes away what was said of a file once something else plays. */
+export function hideFileReport(): void {
+  unsay();
+  byId("file-report").hidden = true;
+}
+
+/**
+ * Says why a file was refused, as `what`, and which joints it has, if any; what played goes on. The report is
+ * brought into sight.
+ */
+export function showFileProblem(what: string, error: unknown, joints: string[]): void {
   const area = byId("file-report");
+  unsay();
   area.hidden = false;
   area.classList.add("bad");
   area.replaceChildren(
-    create("h3", { textContent: `${fileName} cannot be played` }),
-    create("p", { textContent: error instanceof Error ? error.message : String(error) }),
+    create("h3", { textContent: what }),
+    create("p", { textContent: messageOf(error) }),
     ...(joints.length > 0 ? [namesTable(joints)] : []),
   );
+  area.scrollIntoView({ block: "nearest" });
+  unsay = showError(what, error);
 }
 
 function namesTable(joints: readonly string[]): HTMLElement {

@@ -4,11 +4,19 @@ const SECONDS_SHOWN = 12;
 
 /**
  * Says that something went wrong while the page goes on. What can be tried again stays until it is,
- * or until the message is closed.
+ * or until the message is closed. What is returned takes it away once it is true no more.
  */
-export function showError(title: string, error: unknown, tryAgain?: () => void): void {
+export function showError(title: string, error: unknown, tryAgain?: () => void): () => void {
   const action = tryAgain && { label: "Try again", run: tryAgain };
-  show("errors", title, error instanceof Error ? error.message : String(error), action);
+  const toast = show("errors", title, messageOf(error), action);
+  return () => toast.remove();
+}
+
+/** What an error says, as a sentence: those of the core begin and end as part of one. */
+export function messageOf(error: unknown): string {
+  const text = (error instanceof Error ? error.message : String(error)).trim();
+  const end = /[.!?:…]$/.test(text) ? "" : ".";
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${end}`;
 }
 
 /** What can be done about a message. */
@@ -22,13 +30,20 @@ export function showNote(title: string, text: string, action?: Action): void {
   show("notes", title, text, action);
 }
 
-/** Takes away what was said of something that has been put right since. */
-export function dismissErrors(): void {
-  byId("errors").replaceChildren();
+/** Says what is going on; what is returned takes it away when that ends. */
+export function showWhile(title: string, text: string): () => void {
+  const toast = show("notes", title, text, undefined, true);
+  return () => toast.remove();
 }
 
 /** Errors interrupt a screen reader, notes wait for their turn. */
-function show(areaId: "errors" | "notes", title: string, text: string, action?: Action): void {
+function show(
+  areaId: "errors" | "notes",
+  title: string,
+  text: string,
+  action?: Action,
+  stays = action !== undefined,
+): HTMLElement {
   const close = create("button", { className: "close", type: "button", textContent: "✕" });
   close.setAttribute("aria-label", "Close this message");
   const toast = create("div", { className: `toast card${areaId === "notes" ? " note" : ""}` }, [
@@ -48,10 +63,10 @@ function show(areaId: "errors" | "notes", title: string, text: string, action?: 
       action.run();
     });
     toast.append(again);
-  } else {
-    setTimeout(() => toast.remove(), SECONDS_SHOWN * 1000);
   }
+  if (!stays) setTimeout(() => toast.remove(), SECONDS_SHOWN * 1000);
   const area = byId(areaId);
   area.append(toast);
   while (area.childElementCount > 3) area.firstElementChild?.remove();
+  return toast;
 }
