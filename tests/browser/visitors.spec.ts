@@ -164,6 +164,11 @@ test("up to four actors stand beside each other, two on a phone", async ({ page 
     expect(box?.x).toBeGreaterThanOrEqual((before?.x ?? 0) + (before?.width ?? 0));
   }
   expect((boxes[3]?.x ?? 0) + (boxes[3]?.width ?? 0)).toBeLessThan(652);
+  // Where they stand close together the names go without their keys, and are whole.
+  const cut = await names.evaluateAll((all) =>
+    all.filter((name) => name.scrollWidth > name.clientWidth).map((name) => name.textContent),
+  );
+  expect(cut).toEqual([]);
   await picture(page, "four-actors");
   const sample = await page.evaluate(() => window.dynaskinDemo?.samples.at(-1));
   const [linear = 0, own = 0, springs = 0, truth = 0] = sample?.heightMm ?? [];

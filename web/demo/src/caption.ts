@@ -4,10 +4,15 @@ import { type ActorKind, actorLabel } from "./actors.js";
 import { byId, create } from "./dom.js";
 import { heldOut } from "./measured.js";
 import type { Settings } from "./settings.js";
-import type { Shown } from "./state.js";
+import type { Shown, State } from "./state.js";
+
+/** Settings, and the file that plays instead of their motion. */
+type Played = Readonly<Settings & Pick<State, "file">>;
 
 /** Where the difference is to be looked for, by what moves. */
-function whereOf({ motion, clip }: Readonly<Settings>): string {
+function whereOf({ motion, clip, file }: Played): string {
+  if (file !== null)
+    return "Watch chest, belly, buttocks and thighs as the body turns back or stops.";
   if (clip !== null) return "Watch chest, belly, buttocks and thighs as the feet land.";
   const where: Partial<Record<Settings["motion"], string>> = {
     "by-hand": "Watch chest and belly as you let go.",
@@ -24,7 +29,7 @@ function whereOf({ motion, clip }: Readonly<Settings>): string {
  * are being loaded) learned from and how well; until the visitor has closed it, or numbers take its place.
  */
 export function describeDifference(
-  settings: Readonly<Settings>,
+  settings: Played,
   shown: readonly Shown[],
   bundle: Bundle | null,
 ): void {
@@ -55,7 +60,7 @@ interface Difference {
 
 const keys = (names: string) => create("span", { className: "keys", textContent: ` (${names})` });
 
-function differenceOf(settings: Readonly<Settings>, kinds: readonly ActorKind[]): Difference {
+function differenceOf(settings: Played, kinds: readonly ActorKind[]): Difference {
   const { layout } = settings;
   const where = whereOf(settings);
   const [first = "", second = ""] = kinds;

@@ -13,6 +13,8 @@ const SINK_PER_SECOND = 1.2;
 const GAP_PX = 6;
 const LEAST_WIDTH_PX = 64;
 const MOST_WIDTH_PX = 240;
+/** A narrower name is shown without its key: "dynaskin" beside one would be cut off. */
+const WITH_KEY_PX = 112;
 /** From the page's title, or the top of the window, to the lower edge of a name. */
 const BELOW_EDGE_PX = 38;
 
@@ -117,6 +119,7 @@ export class Names {
       const isLost = this.#shown.length === 1 && bottomPx > yPx + LOST_PX;
       element.style.visibility = isLost ? "hidden" : "";
       element.style.maxWidth = `${widthPx.toFixed(0)}px`;
+      element.classList.toggle("tight", widthPx < WITH_KEY_PX);
       element.style.translate = `calc(${xPx.toFixed(1)}px - 50%) calc(${bottomPx.toFixed(1)}px - 100%)`;
     }
   }

@@ -14,11 +14,11 @@ const PANEL_WIDTH_PX = { usual: 348, short: 288 };
 /** Plots and timings, or the narrower caption, with their margins. */
 const READINGS_WIDTH_PX = { usual: 302, caption: 248 };
 const SHEET_HEIGHT_PX = 160;
-/** What the caption takes below the bodies of a phone; one that is low shows less of it. */
-const SHEET_CAPTION_PX = { tall: 120, low: 70 };
 /** Title and names of a phone that shows plots. */
 const PLOTS_TITLE_PX = 92;
-const tallScreen = matchMedia("(min-height: 741px)");
+/** Title and names of other pictures with the controls below them: of a phone, and of a tablet. */
+const SHEET_TITLE_PX = { phone: 118, tablet: 168 };
+const phoneScreen = matchMedia("(max-width: 620px)");
 /** Title with names, and the playback bar: low pictures have no room for a body behind them. */
 const SHORT_COVERED_PX = { top: 96, bottom: 70 };
 /** Share of the height that is free which a standing body takes. */
@@ -37,13 +37,14 @@ export function coveredPixels(): { top: number; right: number; bottom: number } 
   const { chapter } = document.documentElement.dataset;
   if (chapter && chapter !== "lab") return storyCoveredPixels(chapter);
   if (narrowScreen.matches) {
-    const caption = tallScreen.matches ? SHEET_CAPTION_PX.tall : SHEET_CAPTION_PX.low;
     const isShown = byId("caption").checkVisibility();
     if (!isShown && byId("readings").offsetHeight > 0) {
       const { top } = byId("readings").getBoundingClientRect();
       return { top: PLOTS_TITLE_PX, right: 0, bottom: innerHeight - top };
     }
-    return { top: 0, right: 0, bottom: SHEET_HEIGHT_PX + (isShown ? caption : 0) };
+    const top = phoneScreen.matches ? SHEET_TITLE_PX.phone : SHEET_TITLE_PX.tablet;
+    const captionTop = byId("caption").getBoundingClientRect().top;
+    return { top, right: 0, bottom: isShown ? innerHeight - captionTop : SHEET_HEIGHT_PX };
   }
   return shortScreen.matches
     ? { ...SHORT_COVERED_PX, right: PANEL_WIDTH_PX.short }
@@ -314,7 +315,9 @@ export class View {
           : ASPECT.one;
     const { top, bottom } = coveredPixels();
     const free = Math.max(0.1, 1 - (top + bottom) / Math.max(1, clientHeight));
-    const low = shortScreen.matches ? SHORT_BODY / free : 1;
+    const isLab = document.documentElement.dataset.chapter === "lab";
+    const isLow = shortScreen.matches || (isLab && narrowScreen.matches && !this.camera.isClose);
+    const low = isLow ? SHORT_BODY / free : 1;
     return Math.max(1, low, wanted / aspect);
   }
 }
