@@ -8,7 +8,9 @@ mod common;
 use std::sync::LazyLock;
 
 use common::{body, default_bodies, glb, tetrahedron};
-use dynaskin_body::{BodyError, BodyModel, POSE_DIR_COUNT, SHAPE_COUNT};
+use dynaskin_body::{
+    BodyError, BodyModel, JOINT_COUNT, POSE_DIR_COUNT, POSITION_STEP_M, SHAPE_COUNT,
+};
 use dynaskin_clothes::Tones;
 use glam::Vec3;
 use gltf::json::accessor::{ComponentType, Type};
@@ -76,6 +78,97 @@ fn clothes_are_a_texture_that_steps_at_their_hem() {
         let tones = Tones::of(&original.colors_srgba).unwrap().srgb;
         assert_eq!(bytes[palette..palette + 6], *tones.as_flattened());
     }
+}
+
+#[test]
+fn committed_bodies_are_as_they_are_written_today() {
+    for name in ["female", "male"] {
+        let bytes = glb(name);
+        assert!(
+            body(&bytes).to_glb().unwrap() == bytes,
+            "{name}: write it anew"
+        );
+    }
+}
+
+#[test]
+fn nothing_in_a_file_has_a_unit_other_than_the_metre() {
+    let bytes = glb("male");
+    let (file, binary) = parts(&bytes);
+    let stature_m = file["accessors"][1]["max"][1].as_f64().unwrap();
+    assert!((1.6..2.0).contains(&stature_m), "{stature_m}");
+    let inverse_binds = file["skins"][0]["inverseBindMatrices"].as_u64().unwrap() as usize;
+    let view = file["accessors"][inverse_binds]["bufferView"]
+        .as_u64()
+        .unwrap() as usize;
+    let start = file["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
+    for matrix in binary[start..].chunks_exact(64).take(JOINT_COUNT) {
+        for diagonal in [0, 20, 40, 60] {
+            assert_eq!(matrix[diagonal..diagonal + 4], 1f32.to_le_bytes());
+        }
+    }
+}
+
+#[test]
+fn bodies_of_earlier_versions_are_the_same() {
+    for original in default_bodies().into_iter().chain([tetrahedron()]) {
+        let bytes = original.to_glb().unwrap();
+        assert_same(&body(&as_earlier(&bytes)), &body(&bytes));
+    }
+}
+
+/// A file as earlier versions wrote it: positions and morphs in whole steps, neither in metres nor normalised.
+fn as_earlier(bytes: &[u8]) -> Vec<u8> {
+    let (mut file, binary) = parts(bytes);
+    let mut binary = binary.to_vec();
+    let primitive = file["meshes"][0]["primitives"][0].clone();
+    let targets = primitive["targets"].as_array().unwrap().iter();
+    let places = targets.chain([&primitive["attributes"]]);
+    for accessor in places.map(|place| place["POSITION"].as_u64().unwrap() as usize) {
+        let view = file["accessors"][accessor]["bufferView"].as_u64().unwrap() as usize;
+        let is_normalized = file["accessors"][accessor]["normalized"] == true;
+        let (size, stride) = if is_normalized { (2, 8) } else { (4, 12) };
+        let start = file["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
+        let count = file["accessors"][accessor]["count"].as_u64().unwrap() as usize;
+        for row in binary[start..start + stride * count].chunks_exact_mut(stride) {
+            for axis in 0..3 {
+                let number = &row[axis * size..(axis + 1) * size];
+                let metres = match is_normalized {
+                    true => f32::from(i16::from_le_bytes([number[0], number[1]])) / 32_767.0,
+                    false => f32::from_le_bytes(number.try_into().unwrap()),
+                };
+                let step = (metres / POSITION_STEP_M).round() as i16;
+                row[axis * 2..axis * 2 + 2].copy_from_slice(&step.to_le_bytes());
+            }
+        }
+        let accessor = file["accessors"][accessor].as_object_mut().unwrap();
+        for key in ["normalized", "min", "max"] {
+            accessor.remove(key);
+        }
+        accessor.insert("componentType".into(), 5122.into());
+        file["bufferViews"][view]["byteStride"] = stride.into();
+    }
+    assembled(file.to_string().into_bytes(), &binary)
+}
+
+/// The document and the binary chunk of a file.
+fn parts(bytes: &[u8]) -> (serde_json::Value, &[u8]) {
+    let json_length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let file = serde_json::from_slice(&bytes[20..20 + json_length]).unwrap();
+    (file, &bytes[28 + json_length..])
+}
+
+/// A file of a document and a binary chunk, whose length is a multiple of four.
+fn assembled(mut json: Vec<u8>, binary: &[u8]) -> Vec<u8> {
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut bytes = b"glTF\x02\0\0\0".to_vec();
+    bytes.extend(((28 + json.len() + binary.len()) as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", json.as_slice()), (b"BIN\0", binary)] {
+        bytes.extend((chunk.len() as u32).to_le_bytes());
+        bytes.extend(kind);
+        bytes.extend(chunk);
+    }
+    bytes
 }
 
 #[test]
@@ -189,6 +282,7 @@ fn models_that_do_not_fit_are_refused() {
     };
     refused(|model| model.template_m[0].x = 4.0);
     refused(|model| model.template_m[0].x = f32::NAN);
+    refused(|model| model.shape_dirs_m[3][1].z = -1.5);
     refused(|model| model.faces[0][0] = 4);
     refused(|model| model.thickness_template_m[0] = 0.5);
     refused(|model| model.pose_dirs_m = vec![vec![Vec3::ZERO; 4]; 206]);
@@ -229,21 +323,13 @@ fn a_header_that_lies_about_its_length_is_refused() {
     }
 }
 
-/// The file with `from` replaced by `to` in its JSON, chunk lengths put right.
+/// The file with every `from` replaced by `to` in its JSON, chunk lengths put right.
 fn with_json(from: &str, to: &str) -> Vec<u8> {
     let json_length = u32::from_le_bytes(SMALL[12..16].try_into().unwrap()) as usize;
     let json = std::str::from_utf8(&SMALL[20..20 + json_length]).unwrap();
     assert!(json.contains(from), "{from} is not in the file");
-    let mut json = json.replacen(from, to, 1).into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let rest = &SMALL[20 + json_length..];
-    let mut bytes = SMALL[..8].to_vec();
-    bytes.extend(((20 + json.len() + rest.len()) as u32).to_le_bytes());
-    bytes.extend((json.len() as u32).to_le_bytes());
-    bytes.extend(b"JSON");
-    bytes.extend(json);
-    bytes.extend(rest);
-    bytes
+    let json = json.replace(from, to).into_bytes();
+    assembled(json, &SMALL[28 + json_length..])
 }
 
 #[test]
@@ -261,6 +347,7 @@ fn nonsense_in_the_json_is_refused() {
         ("\"dynaskin\":{", "\"other\":{"),
         ("\"thickness\":", "\"thickness\":9999,\"x\":"),
         ("\"componentType\":5122", "\"componentType\":5126"),
+        ("\"componentType\":5126", "\"componentType\":5123"),
         ("\"version\":1", "\"version\":2"),
     ] {
         let outcome = BodyModel::from_glb(&with_json(from, to));
@@ -295,6 +382,20 @@ fn with_joint_x_m(x_m: f32) -> Vec<u8> {
     let mut bytes = SMALL.clone();
     bytes[at..at + 4].copy_from_slice(&x_m.to_le_bytes());
     bytes
+}
+
+#[test]
+fn positions_that_are_no_numbers_or_far_away_are_refused() {
+    for odd in [f32::NAN, f32::INFINITY, -1e9, 3.3] {
+        let (file, binary) = parts(&SMALL);
+        let start = file["bufferViews"][1]["byteOffset"].as_u64().unwrap() as usize;
+        let mut binary = binary.to_vec();
+        binary[start..start + 4].copy_from_slice(&odd.to_le_bytes());
+        let error = BodyModel::from_glb(&assembled(file.to_string().into_bytes(), &binary))
+            .map(|_| ())
+            .unwrap_err();
+        assert!(error.to_string().contains("POSITION"), "{error}");
+    }
 }
 
 proptest! {

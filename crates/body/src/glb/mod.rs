@@ -1,8 +1,11 @@
 //! Bodies as glTF 2.0 binary files.
 //!
 //! Any viewer shows the skinned, colourful body with its ten shape coefficients as morph targets
-//! `shape_0` to `shape_9`. Positions and morphs are 16-bit integers (`KHR_mesh_quantization`) in
-//! steps of [`POSITION_STEP_M`]; the inverse bind matrices scale them to metres. What glTF has no
+//! `shape_0` to `shape_9`. Everything is in metres, with no scale anywhere, because not every program undoes
+//! one of the inverse bind matrices. Positions are floats that are whole multiples of [`POSITION_STEP_M`]. Morphs are
+//! too, but stored as normalised 16-bit integers (`KHR_mesh_quantization`), of which 32,767 is a metre: others see
+//! them within 0.02 mm, reading a body rounds them to its steps. Normals are such integers. Bodies of earlier versions,
+//! in steps that the inverse bind matrices scale, are read as well. What glTF has no
 //! place for stands in the mesh's `extras.dynaskin`, each entry an accessor index:
 //!
 //! | key | accessor | meaning |
@@ -34,6 +37,10 @@ use serde::{Deserialize, Serialize};
 pub const POSITION_STEP_M: f32 = 1e-4;
 /// Step of quantised tissue thickness, metres.
 pub const THICKNESS_STEP_M: f32 = 1e-5;
+/// Farthest position along an axis, metres.
+const MAX_POSITION_M: f32 = 3.2767;
+/// The whole number that stands for 1.
+const NORMALIZED: f32 = 32_767.0;
 const EXTRAS_VERSION: u32 = 1;
 
 #[derive(Serialize, Deserialize)]

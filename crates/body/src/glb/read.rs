@@ -7,7 +7,9 @@ use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 
 use super::pose_dirs::is_step;
-use super::{EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
+use super::{
+    EXTRAS_VERSION, MAX_POSITION_M, MeshExtras, NORMALIZED, POSITION_STEP_M, THICKNESS_STEP_M,
+};
 use crate::model::expected_extent;
 use crate::{
     BodyError, BodyModel, JOINT_COUNT, POSE_DIR_COUNT, REGION_COUNT, SHAPE_COUNT, SkinWeights,
@@ -76,7 +78,7 @@ impl BodyReader<'_> {
                 .ok_or_else(|| bad("mesh 0", format!("attribute {name}")))
         };
 
-        let template_m = self.steps(attribute(Semantic::Positions, "POSITION")?, None)?;
+        let template_m = self.positions(attribute(Semantic::Positions, "POSITION")?)?;
         let n_vertices = template_m.len();
         if n_vertices == 0 || n_vertices > MAX_VERTICES {
             return Err(bad("POSITION", format!("1 to {MAX_VERTICES} vertices")));
@@ -155,13 +157,35 @@ impl BodyReader<'_> {
             Some(count) => elements.exactly(count, "positions")?,
             None => elements,
         };
+        // Rounding to steps gives back exactly what was written.
+        let accessor = self.file.root.accessors.get(index);
+        let per_step = match accessor.is_some_and(|accessor| accessor.normalized) {
+            true => POSITION_STEP_M * NORMALIZED,
+            false => 1.0,
+        };
         Ok(elements
             .iter()
             .map(|e| {
-                let steps = [i16_at(e, 0), i16_at(e, 1), i16_at(e, 2)];
-                Vec3::from_array(steps.map(f32::from)) * POSITION_STEP_M
+                let whole = Vec3::from_array([0, 1, 2].map(|axis| f32::from(i16_at(e, axis))));
+                (whole / per_step).round() * POSITION_STEP_M
             })
             .collect())
+    }
+
+    /// Rest positions: metres, or steps as earlier versions wrote.
+    fn positions(&self, index: usize) -> Result<Vec<Vec3>, BodyError> {
+        let Ok(elements) = self.file.elements(index, ComponentType::F32, Type::Vec3) else {
+            return self.steps(index, None);
+        };
+        let positions_m: Vec<Vec3> = elements
+            .iter()
+            .map(|e| Vec3::new(f32_at(e, 0), f32_at(e, 1), f32_at(e, 2)))
+            .collect();
+        let fits = |p: &Vec3| p.abs().max_element() <= MAX_POSITION_M && p.is_finite();
+        if positions_m.iter().all(fits) {
+            return Ok(positions_m);
+        }
+        Err(bad("POSITION", format!("metres up to {MAX_POSITION_M}")))
     }
 
     fn vec3_f32(&self, index: usize, count: usize) -> Result<Vec<Vec3>, BodyError> {

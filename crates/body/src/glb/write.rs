@@ -1,11 +1,14 @@
 //! Writes a body as GLB.
 
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 use serde_json::{Value, json};
 
 use super::painting::{self, Painting};
 use super::pose_dirs::{self, Steps};
-use super::{BodyExtras, EXTRAS_VERSION, MeshExtras, POSITION_STEP_M, THICKNESS_STEP_M};
+use super::{
+    BodyExtras, EXTRAS_VERSION, MAX_POSITION_M, MeshExtras, NORMALIZED, POSITION_STEP_M,
+    THICKNESS_STEP_M,
+};
 use crate::normals::vertex_normals;
 use crate::{BodyError, BodyModel, JOINT_COUNT, Joint, POSE_DIR_COUNT, REGION_COUNT, SHAPE_COUNT};
 
@@ -15,6 +18,9 @@ const U16: u32 = 5123;
 const F32: u32 = 5126;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// Step of normals. Finer ones cost more when files are compressed, and nobody sees them.
+const NORMAL_STEP: f32 = 1.0 / 2048.0;
 
 /// The binary chunk and the accessors over it, one buffer view each.
 #[derive(Default)]
@@ -86,28 +92,56 @@ impl Buffer {
         }
     }
 
-    /// Positions in steps, padded to 8 bytes as vertex attributes must be aligned to 4.
-    fn vec3_steps(&mut self, values_m: &[Vec3]) -> usize {
-        let steps: Vec<[i16; 4]> = values_m
+    /// Positions in metres, rounded to steps.
+    fn positions(&mut self, values_m: &[Vec3]) -> usize {
+        let rounded: Vec<[f32; 3]> = values_m
             .iter()
+            .map(|value| (in_steps(*value) * POSITION_STEP_M).to_array())
+            .collect();
+        let bounds = json!({
+            "min": bound(&rounded, f32::min, f32::INFINITY),
+            "max": bound(&rounded, f32::max, f32::NEG_INFINITY),
+        });
+        let layout = Layout {
+            component: F32,
+            kind: "VEC3",
+            count: rounded.len(),
+            stride: None,
+            target: Some(ARRAY_BUFFER),
+        };
+        self.push(bytemuck::cast_slice(&rounded), &layout, bounds)
+    }
+
+    /// Numbers from -1 to 1 as whole ones, padded to 8 bytes as vertex attributes must be aligned to 4.
+    fn normalized(&mut self, values: impl Iterator<Item = Vec3>, has_bounds: bool) -> usize {
+        let whole: Vec<[i16; 4]> = values
             .map(|value| {
-                let step = (*value / POSITION_STEP_M).round();
-                [step.x as i16, step.y as i16, step.z as i16, 0]
+                let [x, y, z] = value.to_array().map(|x| (x * NORMALIZED).round() as i16);
+                [x, y, z, 0]
             })
             .collect();
-        let bound = |fold: fn(i16, i16) -> i16, from: i16| -> [i16; 3] {
-            std::array::from_fn(|axis| steps.iter().map(|s| s[axis]).fold(from, fold))
-        };
-        let bounds = json!({ "min": bound(i16::min, i16::MAX), "max": bound(i16::max, i16::MIN) });
+        let mut more = json!({ "normalized": true });
+        if has_bounds {
+            more["min"] = json!(bound::<i16, 4>(&whole, i16::min, i16::MAX));
+            more["max"] = json!(bound::<i16, 4>(&whole, i16::max, i16::MIN));
+        }
         let layout = Layout {
             component: I16,
             kind: "VEC3",
-            count: steps.len(),
+            count: whole.len(),
             stride: Some(8),
             target: Some(ARRAY_BUFFER),
         };
-        self.push(bytemuck::cast_slice(&steps), &layout, bounds)
+        self.push(bytemuck::cast_slice(&whole), &layout, more)
     }
+}
+
+fn in_steps(value_m: Vec3) -> Vec3 {
+    (value_m / POSITION_STEP_M).round()
+}
+
+fn bound<T: Copy, const N: usize>(rows: &[[T; N]], fold: fn(T, T) -> T, from: T) -> [T; 3] {
+    std::array::from_fn(|axis| rows.iter().map(|row| row[axis]).fold(from, fold))
 }
 
 impl BodyModel {
@@ -137,9 +171,10 @@ impl BodyModel {
             target: Some(ELEMENT_ARRAY_BUFFER),
         };
         let indices = buffer.push(bytemuck::cast_slice(&indices), &index_layout, json!({}));
-        let position = buffer.vec3_steps(&self.template_m);
+        let position = buffer.positions(&self.template_m);
         let normals = vertex_normals(&self.template_m, &self.faces);
-        let normal = buffer.vec3_f32(&normals, Some(ARRAY_BUFFER));
+        let coarse = |normal: &Vec3| (*normal / NORMAL_STEP).round() * NORMAL_STEP;
+        let normal = buffer.normalized(normals.iter().map(coarse), false);
         let joints: Vec<[u8; 4]> = self.skin.iter().map(|skin| skin.joints).collect();
         let joints = buffer.push(joints.as_flattened(), &attribute(U8, "VEC4"), json!({}));
         let weights: Vec<[f32; 4]> = self.skin.iter().map(|skin| skin.weights).collect();
@@ -167,19 +202,17 @@ impl BodyModel {
         let targets: Vec<Value> = self
             .shape_dirs_m
             .iter()
-            .map(|dirs| json!({ "POSITION": buffer.vec3_steps(dirs) }))
+            .map(|dirs| {
+                let rounded = dirs.iter().map(|dir| in_steps(*dir) * POSITION_STEP_M);
+                json!({ "POSITION": buffer.normalized(rounded, true) })
+            })
             .collect();
 
         let extras = self.extras(&mut buffer, &pose_dirs, painting.is_some());
         let inverse_bind: Vec<[f32; 16]> = self
             .joint_template_m
             .iter()
-            .map(|joint| {
-                let s = POSITION_STEP_M;
-                [
-                    s, 0., 0., 0., 0., s, 0., 0., 0., 0., s, 0., -joint.x, -joint.y, -joint.z, 1.,
-                ]
-            })
+            .map(|joint| Mat4::from_translation(-*joint).to_cols_array())
             .collect();
         let matrices = Layout {
             component: F32,
@@ -233,13 +266,13 @@ impl BodyModel {
     fn check_writable(&self) -> Result<(), BodyError> {
         let count = self.vertex_count();
         let over_vertices = |len: usize| len == 0 || len == count;
-        let in_steps = |x: f32, step_m: f32| (x / step_m).abs() <= f32::from(i16::MAX);
-        let points_fit = |points: &[Vec3]| {
-            let fits = |p: &Vec3| p.to_array().iter().all(|&x| in_steps(x, POSITION_STEP_M));
+        let fits_i16 = |x: f32, step_m: f32| (x / step_m).abs() <= f32::from(i16::MAX);
+        let points_fit = |points: &[Vec3], most_m: f32| {
+            let fits = |p: &Vec3| p.to_array().iter().all(|&x| x.abs() <= most_m);
             points.iter().all(fits)
         };
         let thickness_fits = |row: &Vec<f32>| {
-            row.len() == count && row.iter().all(|&t| in_steps(t, THICKNESS_STEP_M))
+            row.len() == count && row.iter().all(|&t| fits_i16(t, THICKNESS_STEP_M))
         };
         let checks = [
             (
@@ -258,7 +291,11 @@ impl BodyModel {
             ),
             (
                 "positions within 3.2 m",
-                points_fit(&self.template_m) && self.shape_dirs_m.iter().all(|d| points_fit(d)),
+                points_fit(&self.template_m, MAX_POSITION_M),
+            ),
+            (
+                "shape directions within 1 m",
+                self.shape_dirs_m.iter().all(|dirs| points_fit(dirs, 1.0)),
             ),
             (
                 "no thickness, or eleven rows within 0.32 m",
