@@ -1,9 +1,12 @@
 import type { Page } from "@playwright/test";
 import { REPOSITORY_URL } from "./places.js";
 
+const MTOON = "/node_modules/@pixiv/three-vrm-materials-mtoon/lib";
 const IMPORTS = {
   "@babylonjs/core/": "/node_modules/@babylonjs/core/",
   "@babylonjs/loaders/": "/node_modules/@babylonjs/loaders/",
+  "@pixiv/three-vrm-materials-mtoon": `${MTOON}/three-vrm-materials-mtoon.module.js`,
+  "@pixiv/three-vrm-materials-mtoon/nodes": `${MTOON}/nodes/index.module.js`,
   dynaskin: "/web/sdk/dist/index.js",
   "dynaskin/babylon": "/web/sdk/dist/babylon/index.js",
   "dynaskin/three": "/web/sdk/dist/three/index.js",
