@@ -68,7 +68,6 @@ pub struct Surface {
     normals: Vec<f32>,
     tangents: Vec<f32>,
     is_shown: bool,
-    gain: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -193,14 +192,6 @@ impl Player {
         }
     }
 
-    /// Makes a surface's changes so many times as large, for an engine that takes some of them away; 1 to
-    /// begin with.
-    pub fn set_gain(&mut self, surface: usize, gain: f32) {
-        if let Some(surface) = self.surfaces.get_mut(surface) {
-            surface.gain = gain;
-        }
-    }
-
     /// Takes over the body's offsets (metres, rest pose) and unit normals, `[vertex]`.
     pub fn update(&mut self, offsets_m: &[Vec3], normals: &[Vec3]) {
         if !self.surfaces.iter().any(|surface| surface.is_shown) {
@@ -285,7 +276,6 @@ impl Surface {
             normals: normals.to_vec(),
             tangents: Vec::new(),
             is_shown: true,
-            gain: 1.0,
         })
     }
 
@@ -328,7 +318,7 @@ impl Surface {
                 offset = *turn * offset;
                 normal = *turn * normal;
             }
-            let share = moving.share * self.gain;
+            let share = moving.share;
             let from = 3 * moving.vertex as usize;
             let still = load(&self.still_positions, from);
             store(&mut self.positions, from, still + offset * share);

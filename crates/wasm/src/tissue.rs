@@ -205,12 +205,6 @@ impl CoreTissue {
         Ok(both.iter().flat_map(|one| one.to_cols_array()).collect())
     }
 
-    /// Makes a surface's offsets so many times as large, for an engine that takes some of them away.
-    #[wasm_bindgen(js_name = setGain)]
-    pub fn set_gain(&mut self, surface: usize, gain: f32) {
-        self.player.set_gain(surface, gain);
-    }
-
     /// Moves the avatar on by `dt_seconds` to the pose of the bones, and the surfaces with it.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import "@babylonjs/loaders/glTF/2.0/index.js";
 import { AvatarTissue, bindAvatar } from "dynaskin/babylon";
-import { bindAndPlay, MODEL_URL, SIZE } from "./stage.js";
+import { bindAndPlay, quantisedBody, SIZE } from "./stage.js";
 
 /** Frames of a picture. */
 const FRAMES = 3;
@@ -25,7 +25,9 @@ export function playInBabylon() {
     new HemisphericLight("sky", new Vector3(0, 1, 0), scene).intensity = 0.6;
     new DirectionalLight("sun", new Vector3(0.4, -0.6, -0.7), scene);
     // The body as if it were somebody else's: its file has bones and quantised vertices.
-    const { meshes } = await ImportMeshAsync(`${MODEL_URL}body.glb`, scene);
+    const { meshes } = await ImportMeshAsync(await quantisedBody(), scene, {
+      pluginExtension: ".glb",
+    });
     const root = meshes[0];
     await scene.whenReadyAsync();
     const skinned = meshes.filter((mesh) => mesh.skeleton);

@@ -19,13 +19,13 @@ import { Scene } from "@babylonjs/core/scene.js";
 import "@babylonjs/loaders/glTF/2.0/index.js";
 import { AvatarTissue, bindAvatar } from "dynaskin/babylon";
 import * as looks from "./looks.js";
-import { MODEL_URL, SIZE } from "./stage.js";
+import { quantisedBody, SIZE } from "./stage.js";
 
 export * from "./looks.js";
 
 /** Frames of a picture: effects for another geometry may be late. */
 const FRAMES = 3;
-/** Width of the outline in the unit of body.glb's vertices, which are quantised: a centimetre. */
+/** Width of the outline in the unit of the body's vertices, which are quantised: a centimetre. */
 const OUTLINE = 100;
 
 /** See `Stand`. */
@@ -43,7 +43,9 @@ export function startBabylon(webgpu) {
     const aside = createCameraAside(scene);
     const shadows = createLights(scene);
     const wall = createWall(scene);
-    const container = await LoadAssetContainerAsync(`${MODEL_URL}body.glb`, scene);
+    const container = await LoadAssetContainerAsync(await quantisedBody(), scene, {
+      pluginExtension: ".glb",
+    });
     container.addAllToScene();
     const root = container.meshes[0];
     const mesh = container.meshes.find(({ skeleton }) => skeleton);
@@ -80,6 +82,14 @@ export function startBabylon(webgpu) {
       morph(influence) {
         mesh.morphTargetManager.getTarget(0).influence = influence;
       },
+      // Babylon takes as much of the mesh away as a target brings in.
+      whole: (shown, still, influence) =>
+        Object.fromEntries(
+          Object.entries(shown).map(([kind, numbers]) => [
+            kind,
+            numbers.map((at, idx) => still[kind][idx] + (at - still[kind][idx]) / (1 - influence)),
+          ]),
+        ),
       pick: () => pick(scene, mesh),
       clone: () => clone(container),
       wrap(node) {

@@ -4,7 +4,7 @@ import { OutlineEffect } from "three/addons/effects/OutlineEffect.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { clone } from "three/addons/utils/SkeletonUtils.js";
 import * as looks from "./looks.js";
-import { MODEL_URL, SIZE } from "./stage.js";
+import { quantisedBody, SIZE } from "./stage.js";
 
 export * from "./looks.js";
 
@@ -20,7 +20,8 @@ export function startThree(webgpu) {
     renderer.setSize(SIZE, SIZE);
     renderer.shadowMap.enabled = true;
     document.body.append(renderer.domElement);
-    const { scene: root } = await new GLTFLoader().loadAsync(`${MODEL_URL}body.glb`);
+    const { buffer } = await quantisedBody();
+    const { scene: root } = await new GLTFLoader().parseAsync(buffer, "");
     const mesh = root.getObjectByProperty("isSkinnedMesh", true);
     mesh.castShadow = true;
     // White; the outlines of WebGPURenderer are of toon materials alone.

@@ -6,6 +6,8 @@ import { differingShare, MODEL_URL, TICKS } from "./stage.js";
 /** Looks that are drawn: the surface, its outline alone, its shadow alone. */
 const LOOKS = ["surface", "outline", "shadow"];
 const STRENGTH = 3;
+/** How much of a morph target is shown where one is. */
+const MORPH = 0.4;
 
 /**
  * What an engine does in these tests. Numbers are those of the geometry before morph targets and bones.
@@ -19,6 +21,8 @@ const STRENGTH = 3;
  * @property {(arrays: { positions: Float32Array, normals: Float32Array }) => () => void} freeze gives the
  *   mesh a geometry of these numbers; what it returns gives back what it had
  * @property {(influence: number) => void} morph sets one of the mesh's morph targets
+ * @property {((shown: any, still: any, influence: number) => any)} [whole] numbers of which the engine shows `shown`
+ *   with that much of a morph target, where it takes some of them away
  * @property {() => number[]} pick distances along rays through the trunk, metres; -1 where there is none
  * @property {() => { root: any, show: (isShown: boolean) => void, remove: () => void }} clone
  * @property {(object: any) => any} wrap puts an object into an empty one
@@ -85,7 +89,7 @@ export async function compareLooks() {
   };
   const picked = await drawAll("tissue");
   const moving = stand.shown();
-  stand.morph(0.4);
+  stand.morph(MORPH);
   pictures["morph-tissue"] = await stand.draw("surface");
   tissue.avatar.strength = 0;
   tissue.show();
@@ -94,12 +98,15 @@ export async function compareLooks() {
   tissue.show();
   const pickedPlain = await drawAll("plain");
   tissue.dispose();
+  const still = stand.shown();
   const thaw = stand.freeze(moving);
   const pickedFrozen = await drawAll("frozen");
-  stand.morph(0.4);
+  thaw();
+  const thawMorphed = stand.freeze(stand.whole?.(moving, still, MORPH) ?? moving);
+  stand.morph(MORPH);
   pictures["morph-frozen"] = await stand.draw("surface");
   stand.morph(0);
-  thaw();
+  thawMorphed();
   /** @type {Record<string, { moved: number, wrong: number }>} */
   const looks = {};
   for (const look of [...LOOKS, "morph"]) {
@@ -125,7 +132,7 @@ export async function compareWrites() {
   const pictures = {};
   const drawAll = async (/** @type {string} */ name, /** @type {any} */ shown) => {
     for (const look of stand.kinds) pictures[`${look}-${name}`] = await stand.draw(look);
-    stand.morph(0.4);
+    stand.morph(MORPH);
     shown?.show();
     pictures[`morph-${name}`] = await stand.draw("surface");
     stand.morph(0);

@@ -1,11 +1,18 @@
 // What the tests of both engines do with an avatar that is somebody else's: the page is theirs.
 import { load, Motion } from "dynaskin";
+import { quantised } from "../../avatars/quantised.js";
 
 export const MODEL_URL = "/models/female/";
 /** Pixels of a picture, in each direction. */
 export const SIZE = 320;
 /** Ticks in which the hop's landing is looked for. */
 export const TICKS = 120;
+
+/** The body as a packer would write somebody's avatar: whole numbers, scaled by the inverse bind matrices. */
+export async function quantisedBody() {
+  const response = await fetch(`${MODEL_URL}body.glb`);
+  return quantised(new Uint8Array(await response.arrayBuffer()));
+}
 
 /**
  * What an engine does in a test.

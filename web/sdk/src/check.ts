@@ -31,6 +31,16 @@ export function checkCallback(what: string, value: unknown): void {
 }
 
 /**
+ * Refuses what is neither left out nor true or false.
+ *
+ * @internal
+ */
+export function checkFlag(what: string, value: unknown): void {
+  if (value === undefined || typeof value === "boolean") return;
+  throw new DynaSkinError("argument", `${what} must be true or false, got ${kindOf(value)}.`);
+}
+
+/**
  * Refuses what is neither left out nor a signal that can be asked whether it was aborted.
  *
  * @internal

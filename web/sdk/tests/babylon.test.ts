@@ -10,6 +10,7 @@ import "@babylonjs/loaders/glTF/index.js";
 import { type Avatar, type Model, Motion, restPose } from "dynaskin";
 import { DynaSkin } from "dynaskin/babylon";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { quantised } from "../../../tests/avatars/quantised.js";
 import { createThreadAvatar } from "./node-worker.js";
 import {
   expectError,
@@ -32,10 +33,13 @@ afterAll(() => {
 });
 
 /** The body as Babylon loads it, in a scene of its own, under a node that moves it. */
-async function loadBody(rightHanded = false): Promise<{ mesh: Mesh; mover: TransformNode }> {
+async function loadBody(
+  rightHanded = false,
+  change = (file: Uint8Array) => file,
+): Promise<{ mesh: Mesh; mover: TransformNode }> {
   const scene = new Scene(engine);
   scene.useRightHandedSystem = rightHanded;
-  const file = readModelFile("body.glb");
+  const file = change(readModelFile("body.glb"));
   const { meshes } = await ImportMeshAsync(file, scene, { pluginExtension: ".glb" });
   const mover = new TransformNode("mover", scene);
   const root = meshes[0];
@@ -79,6 +83,16 @@ describe("DynaSkin in Babylon.js", () => {
     const skin = new DynaSkin(avatar, mesh);
     expect(hop(skin, avatar)).toBeGreaterThan(0.002);
     expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(5e-6);
+    skin.dispose();
+    avatar.dispose();
+  });
+
+  it("moves a body whose numbers the inverse bind matrices scale", async () => {
+    const { mesh } = await loadBody(true, quantised);
+    const avatar = model.createAvatar();
+    const skin = new DynaSkin(avatar, mesh);
+    hop(skin, avatar, 0.5);
+    expect(largestDifference(drawnPositions(mesh), avatar.skinned().positions)).toBeLessThan(4e-6);
     skin.dispose();
     avatar.dispose();
   });

@@ -15,6 +15,7 @@ import {
 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { afterAll, beforeAll, describe, expect, it, vi } from "vitest";
+import { quantised } from "../../../tests/avatars/quantised.js";
 import { createThreadAvatar } from "./node-worker.js";
 import {
   expectError,
@@ -36,8 +37,8 @@ beforeAll(async () => {
 afterAll(() => model.dispose());
 
 /** The body as three.js loads it, in a group of its own. */
-async function loadBody(): Promise<{ group: Group; mesh: SkinnedMesh }> {
-  const { buffer } = readModelFile("body.glb");
+async function loadBody(change = (file: Uint8Array) => file) {
+  const { buffer } = change(readModelFile("body.glb"));
   const { scene } = await new GLTFLoader().parseAsync(buffer as ArrayBuffer, "");
   const group = new Group().add(scene);
   return { group, mesh: scene.getObjectByProperty("isSkinnedMesh", true) as SkinnedMesh };
@@ -221,6 +222,18 @@ describe("DynaSkin in three.js", () => {
     expect(largestDifference(drawnPositions(mesh), expected)).toBeLessThan(4e-6);
     skin.dispose();
     remote.dispose();
+  });
+
+  it("moves a body whose numbers the inverse bind matrices scale", async () => {
+    const { mesh } = await loadBody(quantised);
+    expect(mesh.geometry.getAttribute("position").array).toBeInstanceOf(Int16Array);
+    const avatar = model.createAvatar({ shape: SHAPE });
+    const skin = new DynaSkin(avatar, mesh);
+    hop(skin, avatar);
+    const { positions } = avatar.skinned();
+    expect(largestDifference(drawnPositions(mesh), positions)).toBeLessThan(4e-6);
+    skin.dispose();
+    avatar.dispose();
   });
 
   it("finds the vertices of a mesh that lies where numbers are coarse", async () => {

@@ -11,6 +11,7 @@ import { AvatarTissue, type Binding, bindAvatar } from "dynaskin/babylon";
 import { bindAvatar as bindInThree } from "dynaskin/three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { afterAll, beforeAll, describe, expect, it, vi } from "vitest";
+import { quantised } from "../../../tests/avatars/quantised.js";
 import {
   expectError,
   largestDifference,
@@ -40,7 +41,7 @@ afterAll(() => {
 async function loadBody(rightHanded = false): Promise<{ root: TransformNode; mesh: Mesh }> {
   const scene = new Scene(engine);
   scene.useRightHandedSystem = rightHanded;
-  const file = readModelFile("body.glb");
+  const file = quantised(readModelFile("body.glb"));
   const { meshes } = await ImportMeshAsync(file, scene, { pluginExtension: ".glb" });
   const mesh = meshes.find(({ skeleton }) => skeleton) as Mesh;
   return { root: meshes[0] as TransformNode, mesh };
@@ -95,10 +96,9 @@ describe("AvatarTissue in Babylon.js", () => {
     expect(tissue.movingVertices).toBeGreaterThan(2000);
     const { ofBody, ofMesh } = hop(tissue, mesh, still);
     expect(ofBody).toBeGreaterThan(0.004);
-    // The file counts in steps of a tenth of a millimetre, or in metres.
-    const unitsPerM = largestOf(still) > 10 ? 1e4 : 1;
-    expect(ofMesh / unitsPerM / ofBody).toBeGreaterThan(0.8);
-    expect(ofMesh / unitsPerM / ofBody).toBeLessThan(1.2);
+    // The mesh counts in steps of a tenth of a millimetre.
+    expect(ofMesh / 1e4 / ofBody).toBeGreaterThan(0.8);
+    expect(ofMesh / 1e4 / ofBody).toBeLessThan(1.2);
     tissue.dispose();
     expect(mesh.geometry).toBe(geometry);
     expect(shown(mesh)).toEqual(still);
@@ -120,19 +120,52 @@ describe("AvatarTissue in Babylon.js", () => {
     }
   });
 
-  it("makes up for what Babylon takes away as morph targets come in", async () => {
+  it.each([
+    ["0.5", [0.5]],
+    ["1", [1]],
+    ["1 in all", [0.4, 0.6]],
+    ["more than 1", [1, 0.8]],
+    ["0 in all", [0.7, -0.7]],
+  ])("keeps the tissue whole where morph targets add up to %s", async (_sum, influences) => {
     const { root, mesh } = await loadBody();
-    const tissue = new AvatarTissue(model, root, binding);
+    const manager = mesh.morphTargetManager;
+    const targets = manager?.numTargets ?? 0;
+    const setTargets = (to: readonly number[]) => {
+      for (const [idx, influence] of to.entries()) {
+        const target = manager?.getTarget(idx);
+        if (target) target.influence = influence;
+      }
+    };
+    // As Babylon's shaders do it, before bones.
+    const morphed = () => Float32Array.from(mesh.getPositionData(false, true) ?? []);
+    setTargets(influences);
+    const wanted = morphed();
+    setTargets(influences.map(() => 0));
     const still = shown(mesh);
+    const tissue = new AvatarTissue(model, root, binding);
     hop(tissue, mesh, still, 40);
-    const plain = shown(mesh).map((at, idx) => at - (still[idx] ?? 0));
-    const target = mesh.morphTargetManager?.getTarget(0);
-    expect(target).toBeDefined();
-    if (target) target.influence = 0.5;
-    tissue.show();
-    const doubled = shown(mesh).map((at, idx) => at - (still[idx] ?? 0));
-    expect(largestOffset(doubled) / largestOffset(plain)).toBeCloseTo(2, 1);
+    const offsets = shown(mesh).map((at, idx) => at - (still[idx] ?? 0));
+    expect(largestOffset(offsets)).toBeGreaterThan(0);
+    setTargets(influences);
+    const together = morphed().map((at, idx) => at - (offsets[idx] ?? 0));
+    expect(largestDifference(together, wanted)).toBeLessThan(1e-6 * largestOf(still));
     tissue.dispose();
+    expect(manager?.numTargets).toBe(targets);
+    expect(morphed()).toEqual(wanted);
+  });
+
+  it("shares morph targets with clones, and leaves them as they were", async () => {
+    const { root, mesh } = await loadBody();
+    const manager = mesh.morphTargetManager;
+    const targets = manager?.numTargets ?? 0;
+    const first = new AvatarTissue(model, root, binding);
+    const twin = root.clone("twin", null, false) as TransformNode;
+    const second = new AvatarTissue(model, twin, binding);
+    expect(manager?.numTargets).toBe(targets + 1);
+    first.dispose();
+    expect(manager?.numTargets).toBe(targets + 1);
+    second.dispose();
+    expect(manager?.numTargets).toBe(targets);
   });
 
   it("keeps tangents in the plane of the normals", async () => {

@@ -1,5 +1,5 @@
 import type { Avatar } from "../avatar.js";
-import { checkObject } from "../check.js";
+import { checkFlag, checkObject } from "../check.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type JointName, type Pose } from "../pose.js";
 import type { RestBody } from "./vertex-map.js";
@@ -37,6 +37,11 @@ export interface RigOptions {
    * meshes that were renumbered, split at seams or had parts left out.
    */
   vertexMap?: ArrayLike<number>;
+  /**
+   * Whether the engine's motion vectors follow the tissue, which takes the memory and time of one more set of
+   * positions; see `previousPositions` in three.js. `false` if left out.
+   */
+  motionVectors?: boolean;
 }
 
 /** Parent of each joint in SMPL's order; -1 for the root. */
@@ -85,6 +90,7 @@ export function reachM(positions: Float32Array, jointsM: Float32Array): number {
  */
 export function checkSource(avatar: TissueSource, options: RigOptions): void {
   checkObject("options", options);
+  checkFlag("motionVectors", options.motionVectors);
   if (avatar?.positions instanceof Float32Array) return;
   throw new DynaSkinError(
     "argument",

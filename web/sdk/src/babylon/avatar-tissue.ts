@@ -19,6 +19,8 @@ import {
 import type { BodyChanges, SurfaceRows } from "../bind/vertex-stage.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
+import { MorphBases } from "./morph-base.js";
+import { keepPositions, type LastPicture, plugMotionVectors } from "./motion-vectors.js";
 import { withSurface } from "./own-geometry.js";
 import {
   checkRoot,
@@ -28,6 +30,7 @@ import {
   skinnedMeshes,
   worldOf,
 } from "./read-avatar.js";
+import type { PluggedMeshes } from "./shared-plugin.js";
 import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
 import { checkMeshes, VertexStage } from "./vertex-stage.js";
 
@@ -101,9 +104,6 @@ export class AvatarTissue extends TissueDriver<Mesh> {
 /** Of a geometry of ours: the one that it stands for, also on clones. */
 const sources = new WeakMap<Geometry, Geometry>();
 
-/** More of a surface's morph targets than this hide the tissue. */
-const LEAST_BASE = 0.1;
-
 const matrix = new Matrix();
 const scale = new Vector3();
 const place = new Vector3();
@@ -119,29 +119,23 @@ class Surface implements AvatarSurface {
   readonly shares: Float32Array;
   readonly meshes: Mesh[] = [];
   readonly #source: Geometry;
+  readonly #hasMotionVectors: boolean;
   #own: Geometry | null = null;
+  #bases: MorphBases | null = null;
+  #previous: LastPicture | null = null;
 
-  constructor(mesh: Mesh, source: Geometry, shares: Float32Array) {
+  constructor(mesh: Mesh, source: Geometry, shares: Float32Array, hasMotionVectors: boolean) {
     this.#source = source;
     this.name = `${mesh.name} (${mesh.material?.name ?? "no material"})`;
     this.positions = dataOf(source, VertexBuffer.PositionKind);
     this.normals = dataOf(source, VertexBuffer.NormalKind);
     this.tangents = dataOf(source, VertexBuffer.TangentKind);
     this.shares = shares;
+    this.#hasMotionVectors = hasMotionVectors;
   }
 
   isShown(): boolean {
     return this.meshes.some((mesh) => mesh.isVisible && mesh.isEnabled());
-  }
-
-  /** Babylon takes the base out of the mesh as morph targets come in, and the tissue with it. */
-  gain(): number {
-    const { morphTargetManager } = this.meshes[0] ?? {};
-    let morphed = 0;
-    for (let idx = 0; idx < (morphTargetManager?.numTargets ?? 0); idx += 1) {
-      morphed += morphTargetManager?.getTarget(idx).influence ?? 0;
-    }
-    return 1 / Math.max(1 - morphed, LEAST_BASE);
   }
 
   attach(): void {
@@ -149,8 +143,13 @@ class Surface implements AvatarSurface {
     if (this.tangents.length > 0) {
       own.setVerticesData(VertexBuffer.TangentKind, this.tangents.slice(), true, 4);
     }
+    const scene = this.meshes[0]?.getScene();
+    if (this.#hasMotionVectors && scene) {
+      this.#previous = keepPositions(own, this.positions, scene);
+    }
     sources.set(own, this.#source);
     for (const mesh of this.meshes) apply(own, mesh);
+    this.#bases = new MorphBases(this.#source, this.meshes);
     this.#own = own;
   }
 
@@ -160,6 +159,8 @@ class Surface implements AvatarSurface {
       const { geometry } = mesh;
       if (!mesh.isDisposed() && geometry && sources.has(geometry)) apply(this.#source, mesh);
     }
+    this.#previous?.dispose();
+    this.#bases?.dispose();
     this.#own?.dispose();
     this.#own = null;
   }
@@ -172,7 +173,9 @@ class Surface implements AvatarSurface {
   }
 
   upload({ positions, normals, tangents }: SurfaceArrays): void {
+    this.#bases?.follow();
     this.#own?.updateVerticesData(VertexBuffer.PositionKind, positions, false);
+    this.#previous?.follow(positions);
     if (normals.length > 0) {
       this.#own?.updateVerticesData(VertexBuffer.NormalKind, normals, false);
     }
@@ -205,6 +208,8 @@ class BabylonAvatar implements AvatarRig<Mesh> {
   #path: TransformNode[] = [];
 
   readonly #held: HeldBones;
+  readonly #hasMotionVectors: boolean;
+  #plugged: PluggedMeshes | null = null;
 
   constructor(
     root: TransformNode,
@@ -212,7 +217,8 @@ class BabylonAvatar implements AvatarRig<Mesh> {
     names: SpringNames,
   ) {
     this.#root = root;
-    const { springBones = "replace" } = options;
+    const { springBones = "replace", motionVectors = false } = options;
+    this.#hasMotionVectors = motionVectors;
     const all = skinnedMeshes(root);
     if (all.length === 0) {
       throw new DynaSkinError("argument", "There is no skinned mesh under the node given.");
@@ -228,7 +234,7 @@ class BabylonAvatar implements AvatarRig<Mesh> {
       const shares = sharesOf(mesh, share, sharesBeside(mesh, springs, springBones));
       const ofShares = known.get(source) ?? new Map<string, Surface>();
       const key = `${share} ${shares.length > 0 ? mesh.skeleton?.uniqueId : ""}`;
-      const surface = ofShares.get(key) ?? new Surface(mesh, source, shares);
+      const surface = ofShares.get(key) ?? new Surface(mesh, source, shares, motionVectors);
       if (!ofShares.has(key)) this.surfaces.push(surface);
       known.set(source, ofShares.set(key, surface));
       surface.meshes.push(mesh);
@@ -250,6 +256,8 @@ class BabylonAvatar implements AvatarRig<Mesh> {
   attach(moving: readonly number[]): void {
     this.#attached = moving.flatMap((idx) => this.surfaces[idx] ?? []);
     for (const surface of this.#attached) surface.attach();
+    if (!this.#hasMotionVectors) return;
+    this.#plugged = plugMotionVectors(this.#attached.flatMap(({ meshes }) => meshes));
   }
 
   checkVertexStage(): string[] {
@@ -262,7 +270,9 @@ class BabylonAvatar implements AvatarRig<Mesh> {
       surface?.makePlain();
       return surface ? [{ meshes: surface.meshes, rows }] : [];
     });
-    this.#stage = new VertexStage(changes, staged);
+    this.#stage = new VertexStage(changes, staged, {
+      motionVectors: this.#hasMotionVectors,
+    });
   }
 
   uploadChanges(): void {
@@ -272,6 +282,7 @@ class BabylonAvatar implements AvatarRig<Mesh> {
   detach(): void {
     for (const surface of this.#attached) surface.detach();
     this.#stage?.detach();
+    this.#plugged?.dispose();
   }
 
   holdBones(): void {

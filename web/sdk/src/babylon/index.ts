@@ -26,8 +26,10 @@ import { checkAligned, findBones, type RigOptions, type TissueSource } from "../
 import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { keepPositions, type LastPicture, plugMotionVectors } from "./motion-vectors.js";
 import { withSurface } from "./own-geometry.js";
 import { vectorsOf } from "./read-avatar.js";
+import type { PluggedMeshes } from "./shared-plugin.js";
 
 /** A bone and the node of the scene that moves it. */
 interface Joint {
@@ -65,7 +67,7 @@ export class DynaSkin extends SkinDriver<Mesh> {
    *   the mesh; the mesh is then unchanged
    */
   constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions = {}) {
-    super(avatar, mesh, options, () => new BabylonRig(mesh, options.boneNames));
+    super(avatar, mesh, options, () => new BabylonRig(mesh, options));
   }
 }
 
@@ -79,18 +81,22 @@ class BabylonRig implements EngineRig {
   readonly #nodePositions: Vector3[];
   readonly #minimum = new Vector3();
   readonly #maximum = new Vector3();
+  readonly #hasMotionVectors: boolean;
   #geometry: Geometry;
+  #previous: LastPicture | null = null;
+  #plugged: PluggedMeshes | null = null;
   #restore = () => {};
   #reachM = 0;
 
-  constructor(mesh: Mesh, names: RigOptions["boneNames"]) {
+  constructor(mesh: Mesh, { boneNames, motionVectors = false }: RigOptions) {
     const geometry = mesh?.geometry;
     if (!geometry || !mesh.skeleton) {
       throw new DynaSkinError("argument", "DynaSkin needs a mesh with a geometry and a skeleton.");
     }
     this.#mesh = mesh;
     this.#geometry = geometry;
-    this.#joints = findJoints(mesh, names);
+    this.#hasMotionVectors = motionVectors;
+    this.#joints = findJoints(mesh, boneNames);
     this.#nodePositions = this.#joints.map(({ node }) => node.position.clone());
     this.bindPelvisM = bindPositionM(this.#joint(0).bone).asArray() as [number, number, number];
     this.positions = new Float32Array(mesh.getTotalVertices() * 3);
@@ -137,7 +143,11 @@ class BabylonRig implements EngineRig {
       mesh.setBoundingInfo(boundingInfo);
     };
     this.#geometry = withSurface(geometry, this.positions, this.normals);
+    if (this.#hasMotionVectors) {
+      this.#previous = keepPositions(this.#geometry, this.positions, mesh.getScene());
+    }
     this.#geometry.applyToMesh(mesh);
+    if (this.#hasMotionVectors) this.#plugged = plugMotionVectors([mesh]);
     // The avatar's positions have the shape already.
     mesh.morphTargetManager = null;
     mesh.setBoundingInfo(new BoundingInfo(new Vector3(), new Vector3()));
@@ -145,6 +155,8 @@ class BabylonRig implements EngineRig {
 
   detach(): void {
     this.#restore();
+    this.#plugged?.dispose();
+    this.#previous?.dispose();
     for (const [joint, before] of this.#nodePositions.entries()) {
       this.#joint(joint).node.position.copyFrom(before);
     }
@@ -197,6 +209,7 @@ class BabylonRig implements EngineRig {
   upload(): void {
     this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.positions, false);
     this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.normals, false);
+    this.#previous?.follow(this.positions);
   }
 
   #joint(joint: number): Joint {

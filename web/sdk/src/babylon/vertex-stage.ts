@@ -3,8 +3,6 @@
 import type { AbstractEngine } from "@babylonjs/core/Engines/abstractEngine.js";
 import type { Material } from "@babylonjs/core/Materials/material.js";
 import type { MaterialDefines } from "@babylonjs/core/Materials/materialDefines.js";
-import { MaterialPluginBase } from "@babylonjs/core/Materials/materialPluginBase.js";
-import type { MultiMaterial } from "@babylonjs/core/Materials/multiMaterial.js";
 import { ShadowDepthWrapper } from "@babylonjs/core/Materials/shadowDepthWrapper.js";
 import { RawTexture } from "@babylonjs/core/Materials/Textures/rawTexture.js";
 import { Texture } from "@babylonjs/core/Materials/Textures/texture.js";
@@ -12,10 +10,11 @@ import type { UniformBuffer } from "@babylonjs/core/Materials/uniformBuffer.js";
 import type { AbstractMesh } from "@babylonjs/core/Meshes/abstractMesh.js";
 import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { SubMesh } from "@babylonjs/core/Meshes/subMesh.js";
-import type { Observer } from "@babylonjs/core/Misc/observable.js";
 import type { Scene } from "@babylonjs/core/scene.js";
 import { type BodyChanges, type FloatTexels, VERTEX_STAGE } from "../bind/vertex-stage.js";
 import { DynaSkinError } from "../error.js";
+import { LastPicture, previousInGlsl } from "./motion-vectors.js";
+import { materialsOf, PluggedMeshes, SharedPlugin, takesPlugins } from "./shared-plugin.js";
 
 /** What the tissue of a vertex stage does not reach. */
 const NOTES = [
@@ -23,14 +22,6 @@ const NOTES = [
   "Outlines, highlights and passes with shaders of their own, such as depth and geometry buffers, draw the skin without tissue.",
   "Clones and instances without an AvatarTissue of their own show the skin without tissue.",
 ];
-
-/** Materials whose vertex shaders take code of plugins before they skin. */
-const STANDARD = new Set([
-  "StandardMaterial",
-  "PBRMaterial",
-  "PBRMetallicRoughnessMaterial",
-  "PBRSpecularGlossinessMaterial",
-]);
 
 /** Babylon's number for textures of floats. */
 const FLOATS = 1;
@@ -44,6 +35,8 @@ const PRIORITY = 200;
 interface Textures {
   readonly changes: RawTexture;
   readonly rows: RawTexture;
+  /** The changes of the last picture. */
+  readonly before: RawTexture | null;
 }
 
 /** Of meshes with tissue. */
@@ -75,7 +68,7 @@ export function checkMeshes(meshes: readonly Mesh[]): string[] {
 }
 
 function checkMaterial(material: Material): void {
-  if (STANDARD.has(material.getClassName())) return;
+  if (takesPlugins(material)) return;
   throw new DynaSkinError(
     "argument",
     `The material ${material.name || "without a name"} is a ${material.getClassName()}, to which ` +
@@ -84,74 +77,59 @@ function checkMaterial(material: Material): void {
   );
 }
 
-function materialsOf(mesh: Mesh): Material[] {
-  const material = mesh.material ?? mesh.getScene().defaultMaterial;
-  const { subMaterials } = material as MultiMaterial;
-  return subMaterials ? subMaterials.flatMap((one) => one ?? []) : [material];
-}
-
 /** The textures of an avatar's tissue, and the materials of its meshes that read them. */
 export class VertexStage {
   readonly #changes: BodyChanges;
   readonly #texture: RawTexture | null = null;
+  /** The changes of the last picture, for motion vectors. */
+  readonly #before: RawTexture | null = null;
+  readonly #lastPicture: LastPicture | null = null;
   readonly #rows: RawTexture[] = [];
-  /** The meshes, and what tells of other materials of theirs. */
-  readonly #meshes = new Map<Mesh, Observer<AbstractMesh>>();
-  readonly #plugins = new Set<TissuePlugin>();
+  readonly #meshes: Mesh[] = [];
+  readonly #plugged = new PluggedMeshes((material) => {
+    checkMaterial(material);
+    return pluginOf(material);
+  });
 
-  constructor(changes: BodyChanges, surfaces: readonly StagedSurface[]) {
+  constructor(
+    changes: BodyChanges,
+    surfaces: readonly StagedSurface[],
+    { motionVectors }: { motionVectors: boolean },
+  ) {
     this.#changes = changes;
     const scene = surfaces[0]?.meshes[0]?.getScene();
     if (!scene) return;
     this.#texture = textureOf(changes, scene);
+    if (motionVectors) {
+      const before = textureOf(changes, scene);
+      this.#before = before;
+      this.#lastPicture = new LastPicture(changes.data, scene, (data) => before.update(data));
+    }
     for (const { meshes, rows } of surfaces) {
       const texture = textureOf(rows, scene);
       this.#rows.push(texture);
       for (const mesh of meshes) {
-        staged.set(mesh, { changes: this.#texture, rows: texture });
-        this.#take(mesh);
-        this.#meshes.set(mesh, this.#follow(mesh));
+        staged.set(mesh, { changes: this.#texture, rows: texture, before: this.#before });
+        this.#meshes.push(mesh);
+        this.#plugged.add(mesh);
       }
     }
   }
 
   /** Hands over the changes. */
   upload(): void {
-    this.#texture?.update(this.#changes.data);
+    const { data } = this.#changes;
+    this.#texture?.update(data);
+    this.#lastPicture?.follow(data);
   }
 
   detach(): void {
-    for (const [mesh, observer] of this.#meshes) {
-      observer.remove();
-      staged.delete(mesh);
-    }
-    for (const plugin of this.#plugins) plugin.release();
+    for (const mesh of this.#meshes) staged.delete(mesh);
+    this.#plugged.dispose();
     for (const texture of this.#rows) texture.dispose();
     this.#texture?.dispose();
-  }
-
-  /** Takes other materials that the mesh is given; it keeps what it has where another cannot be taken. */
-  #follow(mesh: Mesh): Observer<AbstractMesh> {
-    let { material } = mesh;
-    return mesh.onMaterialChangedObservable.add(() => {
-      try {
-        this.#take(mesh);
-        material = mesh.material;
-      } catch (error) {
-        mesh.material = material;
-        throw error;
-      }
-    });
-  }
-
-  #take(mesh: Mesh): void {
-    for (const material of materialsOf(mesh)) {
-      checkMaterial(material);
-      const plugin = pluginOf(material);
-      if (this.#plugins.has(plugin)) continue;
-      this.#plugins.add(plugin);
-      plugin.claim();
-    }
+    this.#lastPicture?.dispose();
+    this.#before?.dispose();
   }
 }
 
@@ -170,13 +148,11 @@ function pluginOf(material: Material): TissuePlugin {
 }
 
 /** Adds tissue to a material, on meshes that have any; other meshes are drawn as without it. */
-class TissuePlugin extends MaterialPluginBase {
-  /** Stages that use it: Babylon cannot take a plugin off, but put it out of use. */
-  #users = 0;
+class TissuePlugin extends SharedPlugin {
   #shadows: ShadowDepthWrapper | null = null;
 
   constructor(material: Material) {
-    super(material, PLUGIN, PRIORITY, { DYNASKIN: false });
+    super(material, PLUGIN, PRIORITY, { DYNASKIN: false, DYNASKIN_BEFORE: false });
     this.doNotSerialize = true;
     // Of meshes that share a material, each has textures of its own.
     this.registerForExtraEvents = true;
@@ -186,39 +162,38 @@ class TissuePlugin extends MaterialPluginBase {
     return "DynaSkinTissuePlugin";
   }
 
-  claim(): void {
-    this.#users += 1;
+  override claim(): void {
     const material = this._material;
     if (!material.shadowDepthWrapper) {
       // The usual shader of shadows knows nothing of plugins.
       this.#shadows = new ShadowDepthWrapper(material, material.getScene());
       material.shadowDepthWrapper = this.#shadows;
     }
-    this._enable(true);
-    this.markAllDefinesAsDirty();
+    super.claim();
   }
 
-  release(): void {
-    this.#users -= 1;
+  override release(): void {
+    super.release();
     const material = this._material;
-    if (this.#users === 0 && this.#shadows) {
-      if (material.shadowDepthWrapper === this.#shadows) material.shadowDepthWrapper = null;
-      this.#shadows.dispose();
-      this.#shadows = null;
-    }
+    if (this.users > 0 || !this.#shadows) return;
+    if (material.shadowDepthWrapper === this.#shadows) material.shadowDepthWrapper = null;
+    this.#shadows.dispose();
+    this.#shadows = null;
     this.markAllDefinesAsDirty();
   }
 
   override prepareDefines(defines: MaterialDefines, _: Scene, mesh: AbstractMesh): void {
-    const { DYNASKIN } = defines as MaterialDefines & { DYNASKIN: boolean };
-    const hasTissue = staged.has(mesh);
-    if (DYNASKIN === hasTissue) return;
-    Object.assign(defines, { DYNASKIN: hasTissue });
+    const { DYNASKIN, DYNASKIN_BEFORE } = defines as MaterialDefines & Record<string, boolean>;
+    const textures = staged.get(mesh);
+    const hasTissue = textures !== undefined;
+    const hasBefore = textures?.before != null;
+    if (DYNASKIN === hasTissue && DYNASKIN_BEFORE === hasBefore) return;
+    Object.assign(defines, { DYNASKIN: hasTissue, DYNASKIN_BEFORE: hasBefore });
     defines.markAsUnprocessed();
   }
 
   override getSamplers(samplers: string[]): void {
-    samplers.push("dynaskinChanges", "dynaskinRows");
+    samplers.push("dynaskinChanges", "dynaskinRows", "dynaskinBefore");
   }
 
   override hardBindForSubMesh(
@@ -231,6 +206,7 @@ class TissuePlugin extends MaterialPluginBase {
     if (!textures) return;
     subMesh.effect?.setTexture("dynaskinChanges", textures.changes);
     subMesh.effect?.setTexture("dynaskinRows", textures.rows);
+    if (textures.before) subMesh.effect?.setTexture("dynaskinBefore", textures.before);
   }
 
   override getCustomCode(shaderType: string): Record<string, string> | null {
@@ -239,7 +215,24 @@ class TissuePlugin extends MaterialPluginBase {
 }
 
 const VERTEX_CODE = {
-  CUSTOM_VERTEX_DEFINITIONS: `#ifdef DYNASKIN\n${VERTEX_STAGE}\n#endif`,
+  CUSTOM_VERTEX_DEFINITIONS: `
+#ifdef DYNASKIN
+${VERTEX_STAGE}
+#ifdef DYNASKIN_BEFORE
+uniform highp sampler2D dynaskinBefore;
+vec3 dynaskinOffsetBefore() {
+  vec3 offset = vec3(0.0);
+  vec3 normal = vec3(0.0);
+  dynaskinReadFrom(dynaskinBefore, offset, normal);
+  return offset;
+}
+#endif
+#endif
+`,
+  CUSTOM_VERTEX_MAIN_END: previousInGlsl(
+    "DYNASKIN_BEFORE",
+    "positionUpdated - dynaskinOffset + dynaskinOffsetBefore()",
+  ),
   CUSTOM_VERTEX_UPDATE_POSITION: `
 #ifdef DYNASKIN
   dynaskinRead();

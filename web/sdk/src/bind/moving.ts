@@ -16,7 +16,6 @@ export interface Moving {
   first: number;
   end: number;
   isShown: boolean;
-  gain: number;
 }
 
 /** The number of a surface's mesh in the binding. */
@@ -43,7 +42,7 @@ export function addSurfaces(
     return core.guard(() => {
       raw.addSurface(given.bound[idx] ?? 0, positions, normals, shares);
       const [first = 0, end = 0] = raw.moving(idx);
-      const still = { surface, idx, first, end, isShown: true, gain: 1 };
+      const still = { surface, idx, first, end, isShown: true };
       if (given.write === "texture") {
         return { ...still, positions: null, normals: null, tangents: null };
       }

@@ -1,7 +1,7 @@
 // What every engine does alike to play a binding. An engine adds the functions of `AvatarRig`.
 import { claimMesh, releaseMesh } from "../adapter/rig.js";
 import type { Avatar } from "../avatar.js";
-import { checkCallback, checkObject } from "../check.js";
+import { checkCallback, checkFlag, checkObject } from "../check.js";
 import type { Core } from "../core.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
@@ -42,6 +42,11 @@ export interface TissueOptions<Mesh, Material> {
    * materials of WebGL; what else it leaves out is told by `notes` of the tissue.
    */
   write?: TissueWrite;
+  /**
+   * Whether the engine's motion vectors follow the tissue, which takes the memory and time of one more set of
+   * positions; see `previousPositions` in three.js. `false` if left out.
+   */
+  motionVectors?: boolean;
 }
 
 /** Numbers of a matrix. */
@@ -83,8 +88,6 @@ export interface AvatarSurface {
   readonly shares: Float32Array;
   /** Whether any mesh shows it. */
   isShown(): boolean;
-  /** What the engine makes of offsets before it skins, so that they are to be so many times as large. */
-  gain?(): number;
   /** Shows other arrays, of the vertices from `first` to before `end`. */
   upload(arrays: SurfaceArrays, first: number, end: number): void;
 }
@@ -289,11 +292,6 @@ export abstract class TissueDriver<Mesh extends object> {
 
   #tellShown(raw: CoreTissue): void {
     for (const moving of this.#moving) {
-      const gain = moving.surface.gain?.() ?? 1;
-      if (gain !== moving.gain) {
-        moving.gain = gain;
-        this.#core.guard(() => raw.setGain(moving.idx, gain));
-      }
       const isShown = moving.surface.isShown();
       if (isShown === moving.isShown) continue;
       moving.isShown = isShown;
@@ -356,6 +354,7 @@ function checkArguments(model: Model, binding: Binding, options: TissueOptions<n
   checkCallback("exclude", options.exclude);
   checkCallback("stiffness", options.stiffness);
   checkSpringBones(options.springBones);
+  checkFlag("motionVectors", options.motionVectors);
 }
 
 function checkBones(missing: readonly string[]): void {

@@ -97,7 +97,8 @@ export function rowsOf(core: Core, raw: CoreTissue, idx: number): FloatTexels {
 
 /**
  * GLSL before `main`. `dynaskinRead()` sets `dynaskinOffset`, which is added to a position before skinning, and
- * `dynaskinNormal`, which is added to a unit normal that is then made a unit one again.
+ * `dynaskinNormal`, which is added to a unit normal that is then made a unit one again. `dynaskinReadFrom()` adds the same
+ * of other changes to zeros.
  *
  * @internal
  */
@@ -112,15 +113,15 @@ vec3 dynaskinTurn(vec4 turn, vec3 v) {
 vec3 dynaskinHeader(int texel) {
   return texelFetch(dynaskinRows, ivec2(texel, 0), 0).xyz;
 }
-void dynaskinAdd(vec2 entry) {
+void dynaskinAdd(highp sampler2D changes, vec2 entry, inout vec3 offset, inout vec3 normal) {
   if (entry.y <= 0.0) return;
   int texel = 2 * int(entry.x + 0.5);
-  int width = textureSize(dynaskinChanges, 0).x;
+  int width = textureSize(changes, 0).x;
   ivec2 at = ivec2(texel % width, texel / width);
-  dynaskinOffset += entry.y * texelFetch(dynaskinChanges, at, 0).xyz;
-  dynaskinNormal += entry.y * texelFetch(dynaskinChanges, at + ivec2(1, 0), 0).xyz;
+  offset += entry.y * texelFetch(changes, at, 0).xyz;
+  normal += entry.y * texelFetch(changes, at + ivec2(1, 0), 0).xyz;
 }
-void dynaskinRead() {
+void dynaskinReadFrom(highp sampler2D changes, inout vec3 offset, inout vec3 normal) {
   vec2 range = dynaskinHeader(0).xy;
   int vertex = gl_VertexID - int(range.x + 0.5);
   if (vertex < 0 || vertex >= int(range.y + 0.5)) return;
@@ -128,15 +129,18 @@ void dynaskinRead() {
   ivec2 at = ivec2(${VERTEX_TEXELS} * (vertex % ${LINE_VERTICES}), vertex / ${LINE_VERTICES});
   for (int idx = 0; idx < 4; idx += 1) {
     vec4 two = texelFetch(dynaskinRows, at + ivec2(idx, 0), 0);
-    dynaskinAdd(two.xy);
-    dynaskinAdd(two.zw);
+    dynaskinAdd(changes, two.xy, offset, normal);
+    dynaskinAdd(changes, two.zw, offset, normal);
   }
   vec4 turn = texelFetch(dynaskinRows, at + ivec2(4, 0), 0);
   vec4 own = texelFetch(dynaskinRows, at + ivec2(5, 0), 0);
   mat3 offsets = mat3(dynaskinHeader(1), dynaskinHeader(2), dynaskinHeader(3));
   mat3 normals = mat3(dynaskinHeader(4), dynaskinHeader(5), dynaskinHeader(6));
-  dynaskinOffset = dynaskinTurn(own, offsets * dynaskinTurn(turn, dynaskinOffset));
-  dynaskinNormal = dynaskinTurn(own, normals * dynaskinTurn(turn, dynaskinNormal));
+  offset = dynaskinTurn(own, offsets * dynaskinTurn(turn, offset));
+  normal = dynaskinTurn(own, normals * dynaskinTurn(turn, normal));
+}
+void dynaskinRead() {
+  dynaskinReadFrom(dynaskinChanges, dynaskinOffset, dynaskinNormal);
 }
 vec3 dynaskinUnit(vec3 changed, vec3 still) {
   float size = dot(changed, changed);

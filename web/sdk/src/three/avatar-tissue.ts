@@ -24,6 +24,7 @@ import {
 import type { BodyChanges, SurfaceRows } from "../bind/vertex-stage.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
+import { PREVIOUS, PreviousPositions } from "./motion-vectors.js";
 import { withAttributes } from "./own-geometry.js";
 import {
   checkRoot,
@@ -130,15 +131,17 @@ class Surface implements AvatarSurface {
   readonly shares: Float32Array;
   readonly meshes: SkinnedMesh[] = [];
   readonly #attributes: Map<string, BufferAttribute>;
+  readonly #hasMotionVectors: boolean;
   readonly #geometries = new Map<BufferGeometry, BufferGeometry>();
 
-  constructor(mesh: SkinnedMesh, shares: Float32Array) {
+  constructor(mesh: SkinnedMesh, shares: Float32Array, hasMotionVectors: boolean) {
     const { position, normal, tangent } = sourceOf(mesh).attributes;
     this.name = `${nameOf(mesh)} (${materialsOf(mesh)[0]?.name ?? "no material"})`;
     this.positions = position ? vectorsOf(position) : new Float32Array(0);
     this.normals = normal ? vectorsOf(normal) : new Float32Array(0);
     this.tangents = four(tangent, tangent?.count ?? 0);
     this.shares = shares;
+    this.#hasMotionVectors = hasMotionVectors;
     this.#attributes = new Map();
   }
 
@@ -147,13 +150,17 @@ class Surface implements AvatarSurface {
   }
 
   attach(): void {
-    this.#attributes.set("position", dynamic(this.positions, 3));
+    const position = dynamic(this.positions, 3);
+    const previous = this.#hasMotionVectors ? new PreviousPositions(position) : null;
+    this.#attributes.set("position", position);
+    if (previous) this.#attributes.set(PREVIOUS, previous.attribute);
     if (this.normals.length > 0) this.#attributes.set("normal", dynamic(this.normals, 3));
     if (this.tangents.length > 0) this.#attributes.set("tangent", dynamic(this.tangents, 4));
     for (const mesh of this.meshes) {
       const source = sourceOf(mesh);
       const own = this.#geometries.get(source) ?? withTissue(source, this.#attributes);
       this.#geometries.set(source, own);
+      previous?.attach(own);
       sources.set(own, source);
       makePlain(mesh);
       mesh.geometry = own;
@@ -217,10 +224,12 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
   #path: Object3D[] = [];
 
   readonly #held: HeldBones;
+  readonly #hasMotionVectors: boolean;
 
   constructor(root: Object3D, options: TissueOptions<SkinnedMesh, Material>, names: SpringNames) {
     this.#root = root;
-    const { springBones = "replace" } = options;
+    const { springBones = "replace", motionVectors = false } = options;
+    this.#hasMotionVectors = motionVectors;
     const all = skinnedMeshes(root);
     if (all.length === 0) {
       throw new DynaSkinError("argument", "There is no skinned mesh under the object given.");
@@ -237,7 +246,7 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
       const { position, normal, tangent } = sourceOf(mesh).attributes;
       const isWhole = shares.length === 0;
       const key = [position, normal, tangent, isWhole ? null : mesh].map(numberOf).join();
-      const surface = known.get(key) ?? new Surface(mesh, shares);
+      const surface = known.get(key) ?? new Surface(mesh, shares, motionVectors);
       if (!known.has(key)) this.surfaces.push(surface);
       known.set(key, surface);
       surface.meshes.push(mesh);
@@ -262,6 +271,12 @@ class ThreeAvatar implements AvatarRig<SkinnedMesh> {
   }
 
   checkVertexStage(): string[] {
+    if (this.#hasMotionVectors) {
+      throw new DynaSkinError(
+        "argument",
+        'motionVectors are for WebGPURenderer and write: "texture" for WebGLRenderer, which has none. Leave one out.',
+      );
+    }
     return checkMeshes(this.meshes);
   }
 

@@ -24,6 +24,7 @@ import { checkAligned, findBones, type RigOptions, type TissueSource } from "../
 import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { PreviousPositions } from "./motion-vectors.js";
 import { withAttributes } from "./own-geometry.js";
 import { four, vectorsOf } from "./read-avatar.js";
 
@@ -34,6 +35,7 @@ export type { SpringBones } from "../bind/springs.js";
 export type { TissueDriver, TissueOptions } from "../bind/tissue.js";
 export type { ThreadOptions, TrustedScriptAddress } from "../worker/start.js";
 export { AvatarTissue, type BindOptions, bindAvatar } from "./avatar-tissue.js";
+export { previousPositions, type ShadingLanguage } from "./motion-vectors.js";
 export type { HumanoidSource } from "./read-avatar.js";
 
 const position = new Vector3();
@@ -68,7 +70,7 @@ export class DynaSkin extends SkinDriver<SkinnedMesh> {
    */
   constructor(avatar: TissueSource, object: Object3D, options: RigOptions = {}) {
     const mesh = skinnedMeshOf(object);
-    super(avatar, mesh, options, () => new ThreeRig(mesh, options.boneNames));
+    super(avatar, mesh, options, () => new ThreeRig(mesh, options));
   }
 }
 
@@ -105,14 +107,14 @@ class ThreeRig implements EngineRig {
   #restore = () => {};
   #reachM = 0;
 
-  constructor(mesh: SkinnedMesh, names: RigOptions["boneNames"]) {
+  constructor(mesh: SkinnedMesh, { boneNames, motionVectors }: RigOptions) {
     if (!mesh.skeleton) {
       throw new DynaSkinError("argument", "DynaSkin needs a SkinnedMesh with a skeleton.");
     }
     const { geometry, skeleton, bindMatrix } = mesh;
     const nNumbers = 3 * geometry.getAttribute("position").count;
     this.#mesh = mesh;
-    this.#bones = findBones((name) => skeleton.getBoneByName(name), names);
+    this.#bones = findBones((name) => skeleton.getBoneByName(name), boneNames);
     checkRestFrames(this.#bones, skeleton, bindMatrix);
     this.bindPelvisM = bindPosition(this.#bones[0], skeleton, bindMatrix);
     this.#bonePositions = this.#bones.map((bone) => bone.position.clone());
@@ -124,6 +126,7 @@ class ThreeRig implements EngineRig {
     const [own, normal] = this.#attributes as [BufferAttribute, BufferAttribute];
     // The shape's morph targets are left out: the avatar's positions have the shape already.
     this.#geometry = withAttributes(geometry, new Map(Object.entries({ position: own, normal })));
+    if (motionVectors) new PreviousPositions(own).attach(this.#geometry);
     this.#skeleton = new Skeleton(
       skeleton.bones,
       skeleton.boneInverses.map((inverse) => inverse.clone()),
