@@ -186,7 +186,10 @@ impl BodyModel {
         let mut attributes = json!({
             "POSITION": position, "NORMAL": normal, "JOINTS_0": joints, "WEIGHTS_0": weights,
         });
-        let painting = Painting::of(self);
+        let painting = Painting::of(self).map_err(|error| BodyError::Unwritable {
+            what: "colours that fit into a PNG image",
+            got: error.to_string(),
+        })?;
         if let Some(painting) = &painting {
             let normalized = json!({ "normalized": true });
             let texels = bytemuck::cast_slice(&painting.texels);
