@@ -2,11 +2,13 @@
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use dynaskin_body::vertex_normals;
-use dynaskin_clothes::{Drape, Pocket};
+use dynaskin_clothes::{Drape, Placing, Pocket};
 use glam::Vec3;
 
 /// Lays fine patches of the mesh under clothes on what is around them, by the same linear rule for every body: so that
 /// chest tips show in no engine, whatever the shape.
+///
+/// Vertices move along the normal alone, so that the offsets which were learned for them stay where they belong.
 ///
 /// `cloth_shares` says how much of each vertex is cloth, 0..=1, and `mirror` which vertex is each one's twin.
 pub(super) fn flatten(
@@ -20,10 +22,10 @@ pub(super) fn flatten(
         return;
     };
     let normals = vertex_normals(template_m, faces);
-    let pockets = drape.pockets(cast_slice(template_m), cast_slice(&normals));
-    lay(pockets, template_m, mirror);
+    let pockets = drape.find_pockets(cast_slice(template_m), cast_slice(&normals), Placing::Own);
+    lay(&pockets, template_m, mirror);
     for dirs_m in shape_dirs_m {
-        lay(pockets, dirs_m, mirror);
+        lay(&pockets, dirs_m, mirror);
     }
 }
 

@@ -9,5 +9,5 @@ mod pocket;
 mod tones;
 
 pub use drape::Drape;
-pub use pocket::Pocket;
+pub use pocket::{Placing, Pocket};
 pub use tones::Tones;
