@@ -414,7 +414,7 @@ fn the_check_prints_a_row_for_each_case_and_objective() {
         "fit-check",
         &["--frames", "2", "--case", "static"],
     ));
-    assert_eq!(text.matches("| static |").count(), 2, "{text}");
+    assert_eq!(text.matches("| static |").count(), 4, "{text}");
     assert!(
         text.contains("| posed |") && text.contains("| unposed |"),
         "{text}"

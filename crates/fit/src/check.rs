@@ -7,19 +7,22 @@ use dynaskin_body::{
 };
 use dynaskin_motion::{Clip, UpAxis};
 use dynaskin_sim::{ClipData, ClipLabels, Materials, Shell, SimSettings, simulate_clip};
-use glam::Vec3;
+use glam::{DQuat, Vec3};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
 use crate::{
-    FitError, FitOptions, FittedSequence, Objective, Rigidity, ScanOptions, ScanUnit, Scans,
-    fit_sequence,
+    FitError, FitOptions, FittedSequence, Joints, Objective, Rigidity, ScanOptions, ScanUnit,
+    Scans, fit_sequence,
 };
 
-/// How far the joints of [`Case::OtherJoints`] lie from where the model has them, in metres.
-const JOINT_SHIFT_M: f32 = 0.01;
 /// Standard deviation of the noise of [`Case::Noise`] along each axis, in metres.
 const NOISE_M: f32 = 0.001;
+/// Determinant of a vertex's blended skinning matrix below which its skin counts as sheared: it shrinks
+/// space by a fifth, and no rotation is near.
+const SHEARED: f32 = 0.8;
+/// The joints of [`CaseReport::spine_median_degrees`].
+const SPINE: [Joint; 3] = [Joint::Spine1, Joint::Spine2, Joint::Spine3];
 
 /// A kind of sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,8 +33,8 @@ pub enum Case {
     Dynamic,
     /// With simulated soft tissue and 1 mm of Gaussian noise along each axis of every vertex.
     Noise,
-    /// With simulated soft tissue, posed about joints 1 cm from the model's: real bodies' joints
-    /// are not exactly where β puts them (the case of Casas & Otaduy's Figure 3).
+    /// With simulated soft tissue, posed about joints beside the model's ([`CheckOptions::joint_shift_m`]):
+    /// real bodies' joints are not exactly where β puts them (the case of Casas & Otaduy's Figure 3).
     OtherJoints,
     /// With simulated soft tissue, posed by dual quaternions: real skin does not bend as the model
     /// does.
@@ -54,7 +57,7 @@ impl Case {
             Self::Static => "static",
             Self::Dynamic => "dynamics",
             Self::Noise => "dynamics, 1 mm noise",
-            Self::OtherJoints => "dynamics, joints 1 cm off",
+            Self::OtherJoints => "dynamics, joints off",
             Self::OtherSkinning => "dynamics, dual quaternions",
         }
     }
@@ -69,6 +72,11 @@ pub struct CheckOptions {
     pub cases: Vec<Case>,
     /// Objectives, in the report's order.
     pub objectives: Vec<Objective>,
+    /// Where the fit takes the joints to be, in the report's order.
+    pub joints: Vec<Joints>,
+    /// How far the joints of [`Case::OtherJoints`] lie from where the model has them, in metres, each in a
+    /// direction of its own.
+    pub joint_shift_m: f32,
     /// Where the rigidity weights come from.
     pub rigidity: Rigidity,
     /// Seed of the noise and of shifted joints.
@@ -82,10 +90,16 @@ pub struct CaseReport {
     pub case: Case,
     /// The objective.
     pub objective: Objective,
+    /// Where the fit took the joints to be.
+    pub joints: Joints,
     /// Angle between fitted and true local rotation over all joints and frames: median, in degrees.
     pub angle_median_degrees: f64,
     /// The same: 95th percentile.
     pub angle_p95_degrees: f64,
+    /// The same over the three spine joints: median, in degrees.
+    pub spine_median_degrees: f64,
+    /// The same over the three spine joints: 95th percentile.
+    pub spine_p95_degrees: f64,
     /// Mean distance of the root in millimetres.
     pub translation_mm: f64,
     /// RMS error of β in standard deviations.
@@ -94,11 +108,19 @@ pub struct CaseReport {
     pub offset_mm: f64,
     /// Mean error of Δ over the soft vertices, in millimetres.
     pub soft_offset_mm: f64,
+    /// Mean error of Δ where the blended skinning matrix shrinks space by more than a fifth, in millimetres;
+    /// none where none does.
+    pub sheared_offset_mm: Option<f64>,
     /// 99.9th percentile of the error of Δ over all vertices and frames, in millimetres: "unrealistic
     /// deformations" show here.
     pub offset_p999_mm: f64,
     /// Mean size of the true Δ over the soft vertices, in millimetres.
     pub true_soft_offset_mm: f64,
+    /// How far each joint bends from its mean: 95th percentile over the frames, in degrees, `[joint]`.
+    pub bend_degrees: [f64; JOINT_COUNT],
+    /// Distance of each joint's rest place from the truth, in millimetres, `[joint]`; 0 for the pelvis, whose
+    /// place means nothing, because the root's translation makes up for it.
+    pub joint_place_mm: [f64; JOINT_COUNT],
     /// The fit itself.
     pub fitted: FittedSequence,
     /// The true offsets `[frame][vertex]` in metres.
@@ -130,24 +152,30 @@ pub fn check_fit(
     let mut reports = Vec::new();
     for &case in &options.cases {
         let offsets = true_offsets(body, &simulated, case);
-        let scans = scans(body, motion, &offsets, options, case)?;
-        for &objective in &options.objectives {
+        let joints_m = true_joints_m(body, options, case);
+        let scans = scans(body, motion, &offsets, &joints_m, options, case)?;
+        let fits = (options.joints.iter())
+            .flat_map(|joints| options.objectives.iter().map(move |each| (joints, *each)));
+        for (&joints, objective) in fits {
             let fit_options = FitOptions {
                 objective,
                 rigidity: options.rigidity.clone(),
                 shape: None,
                 own_surface: false,
+                joints,
             };
             let fitted = fit_sequence(body, &scans, &fit_options, |frames| {
                 done(case, objective, frames);
             })?;
             let truth = Truth {
+                body,
                 motion,
                 shape: &options.shape,
+                joints_m: &joints_m,
                 offsets: &offsets,
                 soft: &simulated.vertices,
             };
-            reports.push(truth.report(case, objective, fitted));
+            reports.push(truth.report(case, (objective, joints), fitted));
         }
     }
     Ok(reports)
@@ -167,21 +195,29 @@ fn true_offsets(body: &BodyModel, simulated: &ClipData, case: Case) -> Vec<Vec<V
         .collect()
 }
 
+/// Where the joints of a case lie in the rest pose, in metres.
+fn true_joints_m(body: &BodyModel, options: &CheckOptions, case: Case) -> [Vec3; JOINT_COUNT] {
+    let mut random = Pcg64Mcg::seed_from_u64(options.seed);
+    let mut joints_m = body.shaped(&options.shape).joints_m;
+    if case == Case::OtherJoints {
+        for joint_m in &mut joints_m {
+            let direction = Vec3::from_array(std::array::from_fn(|_| normal(&mut random)));
+            *joint_m += options.joint_shift_m * direction.normalize_or_zero();
+        }
+    }
+    joints_m
+}
+
 fn scans<'b>(
     body: &'b BodyModel,
     motion: &Clip,
     offsets: &[Vec<Vec3>],
+    joints_m: &[Vec3; JOINT_COUNT],
     options: &CheckOptions,
     case: Case,
 ) -> Result<Scans<'b>, FitError> {
     let mut random = Pcg64Mcg::seed_from_u64(options.seed);
-    let mut shaped = body.shaped(&options.shape);
-    if case == Case::OtherJoints {
-        for joint in Joint::ALL {
-            let direction = Vec3::from_array(std::array::from_fn(|_| normal(&mut random)));
-            shaped.joints_m[joint as usize] += JOINT_SHIFT_M * direction.normalize_or_zero();
-        }
-    }
+    let shaped = body.shaped(&options.shape);
     let mut positions = Vec::with_capacity(offsets.len() * body.vertex_count());
     let mut world_m = vec![Vec3::ZERO; body.vertex_count()];
     for (pose, offsets) in motion.frames.iter().zip(offsets) {
@@ -190,7 +226,7 @@ fn scans<'b>(
         for (rest, offset) in rest_m.iter_mut().zip(offsets) {
             *rest += *offset;
         }
-        let matrices = SkinMatrices::new(pose, &shaped.joints_m);
+        let matrices = SkinMatrices::new(pose, joints_m);
         if case == Case::OtherSkinning {
             skin_dual_quaternion(&rest_m, &body.skin, &matrices, &mut world_m);
         } else {
@@ -223,26 +259,39 @@ fn normal(random: &mut Pcg64Mcg) -> f32 {
 
 /// What is known of a sequence.
 struct Truth<'a> {
+    body: &'a BodyModel,
     motion: &'a Clip,
     shape: &'a [f32; SHAPE_COUNT],
+    joints_m: &'a [Vec3; JOINT_COUNT],
     offsets: &'a [Vec<Vec3>],
     soft: &'a [u32],
 }
 
 impl Truth<'_> {
-    fn report(&self, case: Case, objective: Objective, fitted: FittedSequence) -> CaseReport {
+    fn report(
+        &self,
+        case: Case,
+        (objective, joints): (Objective, Joints),
+        fitted: FittedSequence,
+    ) -> CaseReport {
         let mut angles = Vec::new();
+        let mut spine_angles = Vec::new();
+        let (mut sheared_mm, mut sheared_count) = (0.0, 0.0);
         let mut translation_m = 0.0;
         let mut errors_mm = Vec::new();
         let (mut soft_mm, mut true_soft_mm) = (0.0, 0.0);
         let frames = fitted.frames.iter().zip(&self.motion.frames);
         for ((fit, pose), offsets) in frames.zip(self.offsets) {
-            for joint in 0..JOINT_COUNT {
+            for joint in Joint::ALL {
                 let (a, b) = (
-                    fit.pose.parent_from_joint[joint],
-                    pose.parent_from_joint[joint],
+                    fit.pose.parent_from_joint[joint as usize],
+                    pose.parent_from_joint[joint as usize],
                 );
-                angles.push(a.angle_between(b).to_degrees());
+                let degrees = a.angle_between(b).to_degrees();
+                angles.push(degrees);
+                if SPINE.contains(&joint) {
+                    spine_angles.push(degrees);
+                }
             }
             let (a, b) = (fit.pose.root_translation_m, pose.root_translation_m);
             translation_m += a.distance(b);
@@ -250,6 +299,13 @@ impl Truth<'_> {
                 1e3 * f64::from(fit.offsets_rest_m[vertex].distance(offsets[vertex]))
             };
             errors_mm.extend((0..offsets.len()).map(error_mm));
+            let matrices = SkinMatrices::new(pose, self.joints_m);
+            for (vertex, skin) in self.body.skin.iter().enumerate() {
+                if matrices.blended(skin).matrix3.determinant() < SHEARED {
+                    sheared_mm += error_mm(vertex);
+                    sheared_count += 1.0;
+                }
+            }
             for &vertex in self.soft {
                 soft_mm += error_mm(vertex as usize);
                 true_soft_mm += 1e3 * f64::from(offsets[vertex as usize].length());
@@ -263,10 +319,17 @@ impl Truth<'_> {
             .sum::<f64>()
             / SHAPE_COUNT as f64;
         angles.sort_by(f64::total_cmp);
+        spine_angles.sort_by(f64::total_cmp);
         errors_mm.sort_by(f64::total_cmp);
         CaseReport {
             case,
             objective,
+            joints,
+            spine_median_degrees: quantile(&spine_angles, 0.5),
+            spine_p95_degrees: quantile(&spine_angles, 0.95),
+            sheared_offset_mm: (sheared_count > 0.0).then(|| sheared_mm / sheared_count),
+            bend_degrees: std::array::from_fn(|joint| self.bend_degrees(joint)),
+            joint_place_mm: self.joint_place_mm(&fitted),
             angle_median_degrees: quantile(&angles, 0.5),
             angle_p95_degrees: quantile(&angles, 0.95),
             translation_mm: 1e3 * translation_m / count,
@@ -278,6 +341,41 @@ impl Truth<'_> {
             fitted,
             true_offsets_rest_m: self.offsets.to_vec(),
         }
+    }
+}
+
+impl Truth<'_> {
+    fn bend_degrees(&self, joint: usize) -> f64 {
+        let turns = || {
+            self.motion
+                .frames
+                .iter()
+                .map(|pose| pose.parent_from_joint[joint])
+        };
+        let Some(first) = turns().next() else {
+            return 0.0;
+        };
+        // A quaternion and its opposite are one rotation.
+        let sum: DQuat = turns()
+            .map(|turn| if turn.dot(first) < 0.0 { -turn } else { turn })
+            .sum();
+        let mean = sum.normalize();
+        let mut angles: Vec<f64> = turns()
+            .map(|turn| turn.angle_between(mean).to_degrees())
+            .collect();
+        angles.sort_by(f64::total_cmp);
+        quantile(&angles, 0.95)
+    }
+
+    fn joint_place_mm(&self, fitted: &FittedSequence) -> [f64; JOINT_COUNT] {
+        let by_shape_m = self.body.shaped(&fitted.shape).joints_m;
+        std::array::from_fn(|joint| {
+            if joint == Joint::Pelvis as usize {
+                return 0.0;
+            }
+            let place_m = by_shape_m[joint] + fitted.joint_offsets_m[joint];
+            1e3 * f64::from(place_m.distance(self.joints_m[joint]))
+        })
     }
 }
 

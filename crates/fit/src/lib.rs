@@ -2,7 +2,7 @@
 //!
 //! Casas & Otaduy (2018), Eqs. 4-5, and DSNet (2021), Eq. 5: shape coefficients β from the first
 //! frame, joint rotations θ and root translation of every frame by least squares with rigidity
-//! weights in the *unposed* state. Then the offsets of the soft tissue, `Δ = unpose(S) - (T +
+//! weights in the *unposed* state. The places of the joints are fitted to frames of many poses before. Then the offsets of the soft tissue, `Δ = unpose(S) - (T +
 //! M_S(β) + M_P(θ))`, in metres in the rest pose.
 //!
 //! [`Scans`] reads sequences, [`SequenceFit`] fits them frame by frame and writes an AMASS-like `.npz`,
@@ -12,6 +12,7 @@
 
 mod check;
 mod error;
+mod joints;
 mod output;
 mod people;
 mod problem;
@@ -20,10 +21,11 @@ mod scans;
 mod sequence;
 mod solve;
 mod start;
-mod tree;
+mod twists;
 
 pub use check::{Case, CaseReport, CheckOptions, check_fit};
 pub use error::FitError;
+pub use joints::{JointFrames, Joints};
 pub use output::ClipBuilder;
 pub use people::{Capture, REST_DEGREES, captures, nearest_to_rest, turned_degrees};
 pub use problem::Objective;

@@ -14,8 +14,8 @@ use crate::{FitError, FittedFrame, FittedSequence, SequenceFit};
 impl SequenceFit<'_> {
     /// Fits all frames and writes them as they come: `poses` [T,72] (axis-angle, radians), `trans` [T,3]
     /// (metres, +Y up), `betas` [10], `mocap_framerate` and `up_axis`, as `dynaskin simulate` reads them,
-    /// with `offsets_rest_m` [T,V,3] (Δ in the rest pose, metres), `rigid_distance_m` [T] and `rigidity`
-    /// [V]. The file is written beside and renamed: an error leaves what was there. `done` is as for
+    /// with `offsets_rest_m` [T,V,3] (Δ in the rest pose, metres), `rigid_distance_m` [T], `rigidity` [V] and
+    /// `joint_offsets_m` [24,3] (of the rest joints from where β puts them, metres). The file is written beside and renamed: an error leaves what was there. `done` is as for
     /// [`Self::frames`], and `visit` is called with each frame in its order.
     ///
     /// # Errors
@@ -30,6 +30,7 @@ impl SequenceFit<'_> {
             path,
             rate_hz: self.rate_hz(),
             shape: self.shape(),
+            joint_offsets_m: self.joint_offsets_m(),
             rigidity: self.rigidity(),
             frame_count: self.frame_count(),
         };
@@ -47,6 +48,7 @@ struct Labels<'a> {
     path: &'a Path,
     rate_hz: f64,
     shape: [f32; SHAPE_COUNT],
+    joint_offsets_m: [Vec3; JOINT_COUNT],
     rigidity: &'a [f64],
     frame_count: usize,
 }
@@ -85,7 +87,9 @@ impl Labels<'_> {
             writer.array("mocap_framerate", &[], &[self.rate_hz])?;
             writer.array("up_axis", &[], &[1_i64])?;
             writer.array("rigid_distance_m", &[count], &distances)?;
-            writer.array("rigidity", &[self.rigidity.len()], self.rigidity)
+            writer.array("rigidity", &[self.rigidity.len()], self.rigidity)?;
+            let joint_offsets_m = numbers(&self.joint_offsets_m);
+            writer.array("joint_offsets_m", &[JOINT_COUNT, 3], &joint_offsets_m)
         };
         rest().map_err(failed)?;
         writer.finish().map_err(failed)
@@ -208,6 +212,7 @@ impl FittedSequence {
             path,
             rate_hz: self.rate_hz,
             shape: self.shape,
+            joint_offsets_m: self.joint_offsets_m,
             rigidity: &self.rigidity,
             frame_count: self.frames.len(),
         };

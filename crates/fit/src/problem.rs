@@ -1,4 +1,4 @@
-//! The least-squares problem of one frame and its analytic Jacobian.
+//! The least-squares problem of one frame and its analytic normal equations.
 //!
 //! With rest positions `v(β, θ)`, scan `s` and the blended skinning map `x = B v + b` of a vertex,
 //! the two residuals are
@@ -6,17 +6,22 @@
 //! - posed: `r = s - (B v + b)`,
 //! - unposed: `r = B⁻¹ (s - b) - v` (Casas & Otaduy 2018, Eq. 4).
 //!
-//! Let `ω` turn joint k about its own position `p_k`, measured in the world. A point carried by the
-//! skin weights moves by `ω × c_k`, with `c_k = Σ w_j (G_j y - p_k)` over the joints j below k. In
-//! the posed residual y is `v`; in the unposed one it is the unposed scan `u = B⁻¹ (s - b)`, and
-//! because `B u + b = s` is constant, `du = -B⁻¹ (dB u + db)`: the same Jacobian, seen through
-//! `B⁻¹`. Pose correctives and β add `dv`, β moves the joints, too.
+//! Every unknown but β moves a whole branch of the skeleton: it gives the bones at and below a joint one
+//! small rigid motion, a twist `(ω, v)` about a fixed point. A vertex that hangs on bones j with weights
+//! `w_j` then moves by `Σ w_j (ω × x_j + v)`, where `x_j = G_j y`, and y is `v` in the posed residual and the
+//! unposed scan `u = B⁻¹ (s - b)` in the other. Because `B u + b = s` is constant, the unposed residual
+//! changes by `-B⁻¹` times that. So vertices are summed into products of the twists of the bones they hang
+//! on, and sums over branches give the normal equations (`twists.rs`). β and pose correctives change rest
+//! positions themselves, which are columns of their own.
+
+use std::borrow::Cow;
+use std::sync::Arc;
 
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Pose, SHAPE_COUNT, ShapedBody, SkinMatrices};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use nalgebra::{DMatrix, DVector};
 
-use crate::tree::{chain, joints_of, moving_joints};
+use crate::twists::{Branch, Linear, Twists, skew};
 
 /// Where the difference between model and scan is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,11 +32,25 @@ pub enum Objective {
     Posed,
 }
 
-/// Position of the root's columns: first, then three for every joint, then β.
+/// Position of the rotations among the unknowns: after the root translation.
 const ROTATION: usize = 3;
-const SHAPE: usize = ROTATION + 3 * JOINT_COUNT;
+/// Number of unknowns of a pose; what is fitted beside it follows.
+pub(crate) const POSE: usize = ROTATION + 3 * JOINT_COUNT;
+/// Number of unknowns of the joints' places. The pelvis has none: wherever it is, a translation of the root
+/// makes up for it.
+pub(crate) const PLACES: usize = 3 * (JOINT_COUNT - 1);
 /// Weight of β² against the mean rigidity: decides only where the scan says nothing.
 const SHAPE_PRIOR: f64 = 1e-10;
+
+/// What is fitted beside the pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Beside {
+    Nothing,
+    /// β.
+    Shape,
+    /// The rest places of all joints but the pelvis, three unknowns each.
+    Joints,
+}
 
 /// What is being fitted to one scan.
 pub(crate) struct Problem<'a> {
@@ -41,10 +60,9 @@ pub(crate) struct Problem<'a> {
     pub scan_m: &'a [Vec3],
     /// Weight of each vertex, `[vertex]`, at least 0.
     pub weights: &'a [f64],
-    /// Per vertex the joints that move it, as bits.
-    pub moving: &'a [u32],
-    /// Whether β is fitted, too.
-    pub fit_shape: bool,
+    /// The vertices that count.
+    pub chosen: &'a [u32],
+    pub beside: Beside,
     /// Scale in metres of the robust loss (Cauchy's): residuals far above it, stray vertices, pull
     /// less and less.
     pub robust_m: f64,
@@ -55,27 +73,49 @@ pub(crate) struct Problem<'a> {
 pub(crate) struct Estimate {
     pub pose: Pose,
     pub shape: [f64; SHAPE_COUNT],
-    /// The body of this shape.
-    pub shaped: ShapedBody,
+    /// The body of this shape, its joints moved by `joint_offsets_m`.
+    pub shaped: Arc<ShapedBody>,
+    /// How far each joint lies from where β puts it, in metres, in the rest pose.
+    pub joint_offsets_m: [DVec3; JOINT_COUNT],
 }
 
 /// The normal equations of a linearised problem.
 pub(crate) struct Normal {
+    /// The weighted robust sum of squares, in m².
+    pub cost: f64,
     pub hessian: DMatrix<f64>,
     pub gradient: DVector<f64>,
 }
 
 impl Estimate {
-    pub fn new(body: &BodyModel, pose: Pose, shape: [f64; SHAPE_COUNT]) -> Self {
-        let shaped = body.shaped(&shape.map(|beta| beta as f32));
+    pub fn new(
+        body: &BodyModel,
+        pose: Pose,
+        shape: [f64; SHAPE_COUNT],
+        joint_offsets_m: [DVec3; JOINT_COUNT],
+    ) -> Self {
+        let mut shaped = body.shaped(&shape.map(|beta| beta as f32));
+        for (joint_m, offset_m) in shaped.joints_m.iter_mut().zip(joint_offsets_m) {
+            *joint_m = (joint_m.as_dvec3() + offset_m).as_vec3();
+        }
         Self {
             pose,
             shape,
-            shaped,
+            shaped: Arc::new(shaped),
+            joint_offsets_m,
         }
     }
 
-    /// The estimate moved by `step`: translation, world rotation of each joint about itself, β.
+    /// The same body in another pose.
+    pub fn posed(&self, pose: Pose) -> Self {
+        Self {
+            pose,
+            ..self.clone()
+        }
+    }
+
+    /// The estimate moved by `step`: translation, world rotation of each joint about itself, and β if there
+    /// is more.
     pub fn moved(&self, body: &BodyModel, step: &DVector<f64>) -> Self {
         let world = self.pose.world_joints(&self.shaped.joints_m);
         let mut pose = self.pose.clone();
@@ -85,22 +125,21 @@ impl Estimate {
             let local = pose.parent_from_joint[joint] * DQuat::from_scaled_axis(turn);
             pose.parent_from_joint[joint] = local.normalize();
         }
-        if step.len() == SHAPE {
-            return Self {
-                pose,
-                shape: self.shape,
-                shaped: self.shaped.clone(),
-            };
+        if step.len() == POSE {
+            return self.posed(pose);
         }
-        let shape = std::array::from_fn(|i| self.shape[i] + step[SHAPE + i]);
-        Self::new(body, pose, shape)
+        let shape = std::array::from_fn(|i| self.shape[i] + step[POSE + i]);
+        Self::new(body, pose, shape, self.joint_offsets_m)
     }
 
     /// Rest positions with pose correctives, in metres.
-    pub fn rest_m(&self, body: &BodyModel) -> Vec<Vec3> {
+    pub fn rest_m(&self, body: &BodyModel) -> Cow<'_, [Vec3]> {
+        if body.pose_dirs_m.is_empty() {
+            return Cow::Borrowed(&self.shaped.positions_m);
+        }
         let mut rest_m = self.shaped.positions_m.clone();
         body.add_pose_correctives(&self.pose, &mut rest_m);
-        rest_m
+        Cow::Owned(rest_m)
     }
 }
 
@@ -108,79 +147,76 @@ fn vector(step: &DVector<f64>, at: usize) -> DVec3 {
     DVec3::new(step[at], step[at + 1], step[at + 2])
 }
 
-/// `a × b = skew(a) b`.
-fn skew(a: DVec3) -> DMat3 {
-    DMat3::from_cols(
-        DVec3::new(0.0, a.z, -a.y),
-        DVec3::new(-a.z, 0.0, a.x),
-        DVec3::new(a.y, -a.x, 0.0),
-    )
-}
-
 /// Everything of an estimate that the vertices share.
-struct Frame {
-    rest_m: Vec<Vec3>,
+struct Frame<'e> {
+    rest_m: Cow<'e, [Vec3]>,
     matrices: SkinMatrices,
     joint_rotation: [DMat3; JOINT_COUNT],
     joint_position_m: [DVec3; JOINT_COUNT],
-    /// Change of each joint's world map `y = R rest + t` with β: that of `t`.
-    map_shape_m: Vec<[DVec3; JOINT_COUNT]>,
 }
 
-/// One vertex linearised.
-struct Row {
-    residual: DVec3,
-    /// Derivative of the residual by the root translation.
-    root: DMat3,
-    /// By the world rotation of each joint in the mask.
-    turns: [DMat3; JOINT_COUNT],
-    /// By each β.
-    shape: [DVec3; SHAPE_COUNT],
+/// A vertex's residual.
+struct Residual {
+    value_m: DVec3,
+    /// From differences in the world to differences of residuals.
+    rest_from_world: DMat3,
+    /// What the bones carry, in the rest pose, in metres.
+    carried_m: DVec3,
+}
+
+/// What β and pose correctives change in rest positions at one estimate.
+struct Changes {
+    /// Number of the unknown of each column.
+    unknowns: Vec<usize>,
+    /// Change of the nine entries of the local rotation with a world turn, for three axes of each joint but
+    /// the pelvis; empty where the body has no correctives.
+    turns: Vec<[f64; 9]>,
+    /// Change of each joint's world map `y = R rest + t` with each β: that of `t`, in metres.
+    maps_m: Vec<[DVec3; JOINT_COUNT]>,
 }
 
 impl Problem<'_> {
     /// Number of unknowns.
-    pub fn unknowns(&self) -> usize {
-        SHAPE + if self.fit_shape { SHAPE_COUNT } else { 0 }
-    }
-
-    fn frame(&self, estimate: &Estimate) -> Frame {
-        let joints_rest_m = &estimate.shaped.joints_m;
-        let world = estimate.pose.world_joints(joints_rest_m);
-        let joint_rotation = world.rotation.map(DMat3::from_quat);
-        let map_shape_m = if self.fit_shape {
-            self.body
-                .joint_shape_dirs_m
-                .iter()
-                .map(|dirs| map_change(dirs, &joint_rotation))
-                .collect()
-        } else {
-            Vec::new()
-        };
-        Frame {
-            rest_m: estimate.rest_m(self.body),
-            matrices: SkinMatrices::new(&estimate.pose, joints_rest_m),
-            joint_rotation,
-            joint_position_m: world.position_m,
-            map_shape_m,
+    fn unknowns(&self) -> usize {
+        match self.beside {
+            Beside::Nothing => POSE,
+            Beside::Shape => POSE + SHAPE_COUNT,
+            Beside::Joints => POSE + PLACES,
         }
     }
 
-    /// The residual of a vertex and the map from world differences to residuals.
-    fn residual(&self, frame: &Frame, vertex: usize) -> (DVec3, DMat3, DVec3) {
+    fn frame<'e>(&self, estimate: &'e Estimate) -> Frame<'e> {
+        let joints_rest_m = &estimate.shaped.joints_m;
+        let world = estimate.pose.world_joints(joints_rest_m);
+        Frame {
+            rest_m: estimate.rest_m(self.body),
+            matrices: SkinMatrices::new(&estimate.pose, joints_rest_m),
+            joint_rotation: world.rotation.map(DMat3::from_quat),
+            joint_position_m: world.position_m,
+        }
+    }
+
+    #[inline]
+    fn residual(&self, frame: &Frame<'_>, vertex: usize) -> Residual {
         let skin = &self.body.skin[vertex];
-        let rest_m = frame.rest_m[vertex].as_dvec3();
+        let rest_m = frame.rest_m[vertex];
         match self.objective {
             Objective::Unposed => {
                 let unposing = frame.matrices.unposing(skin);
-                let unposed_m = unposing.rest_m(self.scan_m[vertex]);
-                (unposed_m - rest_m, unposing.linear, unposed_m)
+                let carried_m = unposing.rest_m(self.scan_m[vertex]);
+                Residual {
+                    value_m: carried_m - rest_m.as_dvec3(),
+                    rest_from_world: unposing.linear,
+                    carried_m,
+                }
             }
             Objective::Posed => {
-                let posed = frame.matrices.blended(skin);
-                let world_m = posed.transform_point3(frame.rest_m[vertex]);
-                let difference_m = (self.scan_m[vertex] - world_m).as_dvec3();
-                (difference_m, DMat3::IDENTITY, rest_m)
+                let world_m = frame.matrices.blended(skin).transform_point3(rest_m);
+                Residual {
+                    value_m: (self.scan_m[vertex] - world_m).as_dvec3(),
+                    rest_from_world: DMat3::IDENTITY,
+                    carried_m: rest_m.as_dvec3(),
+                }
             }
         }
     }
@@ -188,15 +224,19 @@ impl Problem<'_> {
     /// The weighted robust sum of squares at an estimate, in m².
     pub fn cost(&self, estimate: &Estimate) -> f64 {
         let frame = self.frame(estimate);
-        let vertices = self.weights.iter().enumerate();
-        let sum: f64 = vertices
-            .filter(|(_, weight)| **weight > 0.0)
-            .map(|(vertex, weight)| {
-                let size_m = self.residual(&frame, vertex).0.length();
-                weight * self.loss(size_m)
+        let sum: f64 = (self.chosen.iter().map(|&vertex| vertex as usize))
+            .map(|vertex| {
+                let size_m = self.residual(&frame, vertex).value_m.length();
+                self.weights[vertex] * self.loss(size_m)
             })
             .sum();
-        sum + 0.5 * self.prior() * estimate.shape.iter().map(|beta| beta * beta).sum::<f64>()
+        sum + self.prior_cost(estimate)
+    }
+
+    /// Sum of the weights of the vertices that count.
+    pub fn weight_sum(&self) -> f64 {
+        let vertices = self.chosen.iter();
+        vertices.map(|&vertex| self.weights[vertex as usize]).sum()
     }
 
     /// Cauchy's loss, half the square for small residuals.
@@ -211,163 +251,150 @@ impl Problem<'_> {
     }
 
     fn prior(&self) -> f64 {
-        if self.fit_shape {
-            SHAPE_PRIOR * self.weights.iter().sum::<f64>()
+        if self.beside == Beside::Shape {
+            SHAPE_PRIOR * self.weight_sum()
         } else {
             0.0
         }
     }
 
+    fn prior_cost(&self, estimate: &Estimate) -> f64 {
+        0.5 * self.prior() * estimate.shape.iter().map(|beta| beta * beta).sum::<f64>()
+    }
+
     /// Gauss-Newton normal equations at an estimate, with the robust weights of its residuals.
     pub fn normal(&self, estimate: &Estimate) -> Normal {
         let frame = self.frame(estimate);
-        let unknowns = self.unknowns();
-        let mut normal = Normal {
-            hessian: DMatrix::zeros(unknowns, unknowns),
-            gradient: DVector::zeros(unknowns),
-        };
-        for (vertex, &weight) in self.weights.iter().enumerate() {
-            if weight > 0.0 {
-                let bits = if self.body.pose_dirs_m.is_empty() {
-                    self.moving[vertex]
-                } else {
-                    (1 << JOINT_COUNT) - 1
-                };
-                let row = self.row(&frame, vertex, bits);
-                let weight = weight * self.robust_weight(row.residual.length());
-                self.add(&mut normal, &row, bits, weight);
-            }
+        let changes = self.changes(&frame);
+        // Near the body, so that products of distances lose no digits.
+        let centre_m = frame.joint_position_m[Joint::Pelvis as usize];
+        let mut twists = Twists::new(changes.unknowns.len());
+        let mut own = vec![DVec3::ZERO; changes.unknowns.len()];
+        let mut cost = self.prior_cost(estimate);
+        for &vertex in self.chosen {
+            let vertex = vertex as usize;
+            let residual = self.residual(&frame, vertex);
+            let size_m = residual.value_m.length();
+            cost += self.weights[vertex] * self.loss(size_m);
+            self.own_changes(&frame, &changes, vertex, &residual, &mut own);
+            let carried_m = residual.carried_m.as_vec3();
+            let carried_by = |joint: usize| {
+                let map = &frame.matrices.world_from_rest[joint];
+                map.transform_point3(carried_m).as_dvec3() - centre_m
+            };
+            let linear = Linear {
+                residual_m: residual.value_m,
+                rest_from_world: residual.rest_from_world,
+                weight: self.weights[vertex] * self.robust_weight(size_m),
+                own: &own,
+            };
+            twists.add(&self.body.skin[vertex], carried_by, &linear);
         }
-        if self.fit_shape {
+        let branches = self.branches(&frame, centre_m);
+        let (mut hessian, mut gradient) =
+            twists.normal(&branches, &changes.unknowns, self.unknowns());
+        if self.beside == Beside::Shape {
             for (i, beta) in estimate.shape.iter().enumerate() {
-                normal.hessian[(SHAPE + i, SHAPE + i)] += self.prior();
-                normal.gradient[SHAPE + i] += self.prior() * beta;
+                hessian[(POSE + i, POSE + i)] += self.prior();
+                gradient[POSE + i] += self.prior() * beta;
             }
         }
-        normal.hessian.fill_upper_triangle_with_lower_triangle();
-        normal
+        Normal {
+            cost,
+            hessian,
+            gradient,
+        }
     }
 
-    fn row(&self, frame: &Frame, vertex: usize, bits: u32) -> Row {
-        let skin = &self.body.skin[vertex];
-        let (residual, rest_from_world, carried_m) = self.residual(frame, vertex);
-        // Derivative of the residual by the rest position of the model.
-        let by_rest = match self.objective {
-            Objective::Unposed => DMat3::IDENTITY,
-            Objective::Posed => blended_linear(&frame.matrices, skin),
+    /// The unknowns that move branches.
+    fn branches(&self, frame: &Frame<'_>, centre_m: DVec3) -> Vec<Branch> {
+        let root = Branch {
+            joint: Joint::Pelvis as usize,
+            unknown: 0,
+            turn: DMat3::ZERO,
+            shift: DMat3::IDENTITY,
         };
-        let mut arms_m = [DVec3::ZERO; JOINT_COUNT];
-        let mut shape = [DVec3::ZERO; SHAPE_COUNT];
-        for (&joint, &weight) in skin.joints.iter().zip(&skin.weights) {
-            let (joint, weight) = (usize::from(joint), f64::from(weight));
-            if weight == 0.0 {
-                continue;
-            }
-            let map = &frame.matrices.world_from_rest[joint];
-            let world_m = map.transform_point3(carried_m.as_vec3()).as_dvec3();
-            for above in chain(joint) {
-                arms_m[above] += weight * (world_m - frame.joint_position_m[above]);
-            }
-            for (shape, maps) in shape.iter_mut().zip(&frame.map_shape_m) {
-                *shape -= weight * (rest_from_world * maps[joint]);
-            }
+        let turns = (0..JOINT_COUNT).map(|joint| Branch {
+            joint,
+            unknown: ROTATION + 3 * joint,
+            turn: DMat3::IDENTITY,
+            // A turn ω about the joint at p moves the centre by -ω × p = p × ω.
+            shift: skew(frame.joint_position_m[joint] - centre_m),
+        });
+        let mut branches: Vec<Branch> = std::iter::once(root).chain(turns).collect();
+        if self.beside == Beside::Joints {
+            // A joint that moves by dJ moves the map of itself and of all below it by (R_parent - R) dJ.
+            let places = Joint::ALL.into_iter().filter_map(|joint| {
+                let (own, parent) = (joint as usize, joint.parent()? as usize);
+                Some(Branch {
+                    joint: own,
+                    unknown: POSE + 3 * (own - 1),
+                    turn: DMat3::ZERO,
+                    shift: frame.joint_rotation[parent] - frame.joint_rotation[own],
+                })
+            });
+            branches.extend(places);
         }
-        if self.fit_shape {
-            for (shape, dirs) in shape.iter_mut().zip(&self.body.shape_dirs_m) {
-                *shape -= by_rest * dirs[vertex].as_dvec3();
-            }
-        }
-        let mut turns = [DMat3::ZERO; JOINT_COUNT];
-        for joint in joints_of(bits & self.moving[vertex]) {
-            // -(ω × c) = c × ω.
-            turns[joint] = rest_from_world * skew(arms_m[joint]);
-        }
+        branches
+    }
+
+    fn changes(&self, frame: &Frame<'_>) -> Changes {
+        let mut changes = Changes {
+            unknowns: Vec::new(),
+            turns: Vec::new(),
+            maps_m: Vec::new(),
+        };
         if !self.body.pose_dirs_m.is_empty() {
-            self.add_correctives(frame, vertex, &by_rest, &mut turns);
+            changes.unknowns.extend(ROTATION + 3..POSE);
+            changes.turns = corrective_turns(&frame.joint_rotation);
         }
-        Row {
-            residual,
-            root: -rest_from_world,
-            turns,
-            shape,
+        if self.beside == Beside::Shape {
+            changes.unknowns.extend(POSE..POSE + SHAPE_COUNT);
+            let dirs = self.body.joint_shape_dirs_m.iter();
+            changes.maps_m = dirs
+                .map(|dirs| map_change(dirs, &frame.joint_rotation))
+                .collect();
         }
+        changes
     }
 
-    /// Adds what a turn of each joint changes in the vertex's pose correctives. A world turn ω is
-    /// the turn `Wᵀ ω` in the joint's own frame, and `d(R) = R skew(Wᵀ ω)`.
-    fn add_correctives(
+    /// What β and pose correctives change in a vertex's residual.
+    fn own_changes(
         &self,
-        frame: &Frame,
+        frame: &Frame<'_>,
+        changes: &Changes,
         vertex: usize,
-        by_rest: &DMat3,
-        turns: &mut [DMat3; JOINT_COUNT],
+        residual: &Residual,
+        own: &mut [DVec3],
     ) {
-        for joint in Joint::ALL.into_iter().skip(1) {
-            let joint_index = joint as usize;
-            let parent = joint.parent().map_or(0, |parent| parent as usize);
-            let world = frame.joint_rotation[joint_index];
-            let local = frame.joint_rotation[parent].transpose() * world;
-            let mut by_own = [DVec3::ZERO; 3];
-            for (axis, by_own) in by_own.iter_mut().enumerate() {
-                let change = local * skew(DVec3::AXES[axis]);
-                for entry in 0..9 {
-                    let dirs = &self.body.pose_dirs_m[9 * (joint_index - 1) + entry];
-                    *by_own += change.col(entry % 3)[entry / 3] * dirs[vertex].as_dvec3();
-                }
-            }
-            let [x, y, z] = by_own;
-            turns[joint_index] -= *by_rest * DMat3::from_cols(x, y, z) * world.transpose();
-        }
-    }
-
-    /// Adds a row's products to the lower triangle and the gradient.
-    fn add(&self, normal: &mut Normal, row: &Row, bits: u32, weight: f64) {
-        let mut block = |first: usize, second: usize, product: DMat3| {
-            for column in 0..3 {
-                for line in 0..3 {
-                    normal.hessian[(first + line, second + column)] += product.col(column)[line];
-                }
-            }
-        };
-        let root = row.root.transpose() * weight;
-        block(0, 0, root * row.root);
-        for joint in joints_of(bits) {
-            let own = row.turns[joint].transpose() * weight;
-            let at = ROTATION + 3 * joint;
-            block(at, 0, own * row.root);
-            for other in joints_of(bits & ((2 << joint) - 1)) {
-                block(at, ROTATION + 3 * other, own * row.turns[other]);
-            }
-        }
-        let mut slope = |at: usize, value: DVec3| {
-            for axis in 0..3 {
-                normal.gradient[at + axis] += value[axis];
-            }
-        };
-        slope(0, root * row.residual);
-        for joint in joints_of(bits) {
-            let own = row.turns[joint].transpose() * weight;
-            slope(ROTATION + 3 * joint, own * row.residual);
-        }
-        if !self.fit_shape {
+        if own.is_empty() {
             return;
         }
-        for (i, &shape) in row.shape.iter().enumerate() {
-            let line = SHAPE + i;
-            let own = shape * weight;
-            normal.gradient[line] += own.dot(row.residual);
-            for (j, &other) in row.shape[..=i].iter().enumerate() {
-                normal.hessian[(line, SHAPE + j)] += own.dot(other);
+        let skin = &self.body.skin[vertex];
+        // Derivative of the residual by the rest position of the model, but for the sign.
+        let by_rest = match self.objective {
+            Objective::Unposed => DMat3::IDENTITY,
+            Objective::Posed => {
+                let blended = frame.matrices.blended(skin).matrix3;
+                DMat3::from_cols_array(&blended.to_cols_array().map(f64::from))
             }
-            let mut against = |at: usize, columns: &DMat3| {
-                for axis in 0..3 {
-                    normal.hessian[(line, at + axis)] += own.dot(columns.col(axis));
-                }
-            };
-            against(0, &row.root);
-            for joint in joints_of(bits) {
-                against(ROTATION + 3 * joint, &row.turns[joint]);
-            }
+        };
+        let (correctives, shape) = own.split_at_mut(changes.turns.len());
+        for (column, (own, turn)) in correctives.iter_mut().zip(&changes.turns).enumerate() {
+            // Three columns a joint, nine fields a joint.
+            let dirs = self.body.pose_dirs_m[column / 3 * 9..].iter();
+            let change_m: DVec3 = (dirs.zip(turn))
+                .map(|(dirs, entry)| *entry * dirs[vertex].as_dvec3())
+                .sum();
+            *own = -(by_rest * change_m);
+        }
+        let dirs = changes.maps_m.iter().zip(&self.body.shape_dirs_m);
+        for (own, (maps_m, dirs)) in shape.iter_mut().zip(dirs) {
+            let bones = skin.joints.iter().zip(&skin.weights);
+            let carried_m: DVec3 = bones
+                .map(|(&joint, &weight)| f64::from(weight) * maps_m[usize::from(joint)])
+                .sum();
+            *own = -(residual.rest_from_world * carried_m + by_rest * dirs[vertex].as_dvec3());
         }
     }
 
@@ -375,7 +402,9 @@ impl Problem<'_> {
     pub fn distance_m(&self, estimate: &Estimate) -> f64 {
         let frame = self.frame(estimate);
         let (mut sum, mut weights) = (0.0, 0.0);
-        for (vertex, weight) in self.weights.iter().enumerate() {
+        for &vertex in self.chosen {
+            let vertex = vertex as usize;
+            let weight = self.weights[vertex];
             let posed = frame.matrices.blended(&self.body.skin[vertex]);
             let world_m = posed.transform_point3(frame.rest_m[vertex]);
             // Bounded, so that a few stray vertices say nothing about the rest.
@@ -387,9 +416,22 @@ impl Problem<'_> {
     }
 }
 
-fn blended_linear(matrices: &SkinMatrices, skin: &dynaskin_body::SkinWeights) -> DMat3 {
-    let blended = matrices.blended(skin).matrix3;
-    DMat3::from_cols_array(&blended.to_cols_array().map(f64::from))
+/// The change of the entries of each joint's local rotation, rows first, with a world turn about each axis.
+/// A world turn ω is the turn `Wᵀ ω` in the joint's own frame, and `d(R) = R skew(Wᵀ ω)`.
+fn corrective_turns(rotation: &[DMat3; JOINT_COUNT]) -> Vec<[f64; 9]> {
+    let mut turns = Vec::with_capacity(3 * (JOINT_COUNT - 1));
+    for joint in Joint::ALL {
+        let Some(parent) = joint.parent() else {
+            continue;
+        };
+        let world = rotation[joint as usize];
+        let local = rotation[parent as usize].transpose() * world;
+        turns.extend(DVec3::AXES.map(|axis| {
+            let change = local * skew(world.transpose() * axis);
+            std::array::from_fn(|entry| change.col(entry % 3)[entry / 3])
+        }));
+    }
+    turns
 }
 
 /// How the translation `t_j = p_j - R_j J_j` of each joint's map changes when the rest joints move
@@ -410,7 +452,108 @@ fn map_change(dirs: &[Vec3; JOINT_COUNT], rotation: &[DMat3; JOINT_COUNT]) -> [D
     std::array::from_fn(|joint| position[joint] - rotation[joint] * dirs[joint].as_dvec3())
 }
 
-/// Per vertex the joints that move it.
-pub(crate) fn moving(body: &BodyModel) -> Vec<u32> {
-    body.skin.iter().map(moving_joints).collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn female() -> BodyModel {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/female/body.glb");
+        BodyModel::from_glb(&std::fs::read(path).expect("the body")).expect("a body")
+    }
+
+    /// With correctives as SMPL has.
+    fn corrected(mut body: BodyModel) -> BodyModel {
+        body.pose_dirs_m = (0..9 * (JOINT_COUNT - 1))
+            .map(|row| {
+                let waves = (0..body.vertex_count()).map(|vertex| {
+                    let k = (row * 31 + vertex * 7) as f32;
+                    Vec3::new(k.sin(), (k * 1.3).cos(), (k * 0.7).sin()) * 0.003
+                });
+                waves.collect()
+            })
+            .collect();
+        body
+    }
+
+    fn pose(phase: f64, far: f64) -> Pose {
+        let mut pose = Pose::REST;
+        for (joint, turn) in pose.parent_from_joint.iter_mut().enumerate() {
+            let k = joint as f64 + phase;
+            let axis = DVec3::new((k * 1.7).sin(), (k * 2.3).cos(), (k * 3.1).sin());
+            *turn = DQuat::from_scaled_axis(far * axis);
+        }
+        pose.root_translation_m = DVec3::new(1.0, 0.3, -2.0);
+        pose
+    }
+
+    /// An estimate moved by a step, whatever is fitted.
+    fn moved(problem: &Problem<'_>, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
+        if problem.beside != Beside::Joints {
+            return estimate.moved(problem.body, step);
+        }
+        let places = step.rows(POSE, PLACES);
+        let mut offsets_m = estimate.joint_offsets_m;
+        for (joint, offset_m) in offsets_m.iter_mut().skip(1).enumerate() {
+            *offset_m += DVec3::from_array(std::array::from_fn(|axis| places[3 * joint + axis]));
+        }
+        let turned = estimate.moved(problem.body, &step.rows(0, POSE).into_owned());
+        Estimate::new(problem.body, turned.pose, estimate.shape, offsets_m)
+    }
+
+    /// Where residuals vanish, Gauss-Newton is exact: the gradient changes by the Hessian times the step.
+    #[test]
+    fn the_equations_are_the_derivatives_of_the_cost() {
+        for body in [female(), corrected(female())] {
+            let shape: [f64; SHAPE_COUNT] = std::array::from_fn(|i| (i as f64 * 1.1).sin());
+            let offsets_m = std::array::from_fn(|joint| {
+                let k = joint as f64;
+                0.01 * DVec3::new((k * 2.0).sin(), (k * 1.4).cos(), (k * 0.6).sin())
+            });
+            let truth = Estimate::new(&body, pose(0.4, 0.4), shape, offsets_m);
+            let matrices = SkinMatrices::new(&truth.pose, &truth.shaped.joints_m);
+            let mut scan_m = vec![Vec3::ZERO; body.vertex_count()];
+            let rest_m = truth.rest_m(&body).into_owned();
+            dynaskin_body::skin_linear(&rest_m, &body.skin, &matrices, &mut scan_m);
+            let weights: Vec<f64> = (0..scan_m.len()).map(|i| 0.2 + (i % 5) as f64).collect();
+            let chosen: Vec<u32> = (0..scan_m.len() as u32).step_by(3).collect();
+            for objective in [Objective::Unposed, Objective::Posed] {
+                for beside in [Beside::Nothing, Beside::Shape, Beside::Joints] {
+                    let problem = Problem {
+                        body: &body,
+                        objective,
+                        scan_m: &scan_m,
+                        weights: &weights,
+                        chosen: &chosen,
+                        beside,
+                        robust_m: 10.0,
+                    };
+                    let normal = problem.normal(&truth);
+                    assert!(
+                        (normal.cost - problem.cost(&truth)).abs() < 1e-12,
+                        "{objective:?} {beside:?}"
+                    );
+                    let step = DVector::from_fn(problem.unknowns(), |i, _| {
+                        1e-3 * (i as f64 * 1.9 + 0.3).sin()
+                    });
+                    let there = problem.normal(&moved(&problem, &truth, &step)).gradient;
+                    let back = problem.normal(&moved(&problem, &truth, &-&step)).gradient;
+                    let found = (there - back) * 0.5;
+                    let expected = &normal.hessian * &step;
+                    let error = (&found - &expected).norm() / expected.norm();
+                    assert!(error < 3e-3, "{objective:?} {beside:?}: {error}");
+                    // And the gradient is that of the cost, away from the truth.
+                    let aside = moved(&problem, &truth, &(&step * 20.0));
+                    let slope = problem.normal(&aside).gradient.dot(&step);
+                    let costs = [1.0, -1.0].map(|sign| {
+                        problem.cost(&moved(&problem, &aside, &(&step * (0.2 * sign))))
+                    });
+                    let expected = (costs[0] - costs[1]) / 0.4;
+                    assert!(
+                        (slope - expected).abs() < 0.02 * expected.abs(),
+                        "{objective:?} {beside:?}: {slope} {expected}"
+                    );
+                }
+            }
+        }
+    }
 }

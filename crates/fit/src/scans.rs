@@ -209,6 +209,25 @@ impl<'b> Scans<'b> {
         Ok(positions)
     }
 
+    /// Every `stride`-th frame from the first, in metres, `[frame][vertex]`. A piece of the file is unpacked once.
+    ///
+    /// # Errors
+    /// As [`Self::frames_m`].
+    pub(crate) fn every_nth_m(&self, stride: usize) -> Result<Vec<Vec<Vec3>>, FitError> {
+        let (count, piece) = (self.frame_count(), self.batch_frames(1));
+        let mut found = Vec::with_capacity(count.div_ceil(stride));
+        let mut next = 0;
+        while next < count {
+            let end = count.min((next / piece + 1) * piece);
+            let last = next + (end - 1 - next) / stride * stride;
+            let positions = self.frames_m(next..last + 1)?;
+            let frames = positions.chunks_exact(self.vertex_count).step_by(stride);
+            found.extend(frames.map(<[Vec3]>::to_vec));
+            next = last + stride;
+        }
+        Ok(found)
+    }
+
     /// Reads all frames once, so that an unusable frame is found before any is fitted. `done` is
     /// called with the number of frames read so far.
     ///

@@ -2,14 +2,15 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dynaskin_body::{BodyModel, Pose, SHAPE_COUNT, SkinMatrices, unpose_linear};
-use glam::Vec3;
+use dynaskin_body::{BodyModel, JOINT_COUNT, Pose, SHAPE_COUNT, SkinMatrices, unpose_linear};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::problem::{Estimate, Objective, Problem, moving};
+use crate::joints::{self, JointFrames, Joints};
+use crate::problem::{Beside, Estimate, Objective, Problem};
 use crate::rigidity::{self, Rigidity};
 use crate::solve::solve;
-use crate::start::{Parts, pose_by_parts};
+use crate::start::{Parts, continued, pose_by_parts};
 use crate::{FitError, Scans};
 
 /// Frames fitted one after the other, each from the one before; such runs are fitted in parallel,
@@ -30,6 +31,12 @@ const WIDE_STEPS: usize = 40;
 const NARROW_STEPS: usize = 30;
 /// Steps with the wide loss where a pose is near already.
 const NEAR_STEPS: usize = 3;
+/// Of so many vertices one tells roughly where the pose is; all of them tell the rest.
+const COARSE: usize = 6;
+/// A step with few vertices that lowers the cost by less than this part is the last one with few.
+const ENOUGH_COARSE: f64 = 1e-3;
+/// The same with all vertices: the step is then a thousandth of the residuals.
+const ENOUGH: f64 = 1e-6;
 /// Farthest RMS distance of the rigid skin in the first frame that still is a fit, in metres.
 const NO_FIT_M: f64 = 0.06;
 
@@ -47,10 +54,13 @@ pub struct FitOptions {
     /// frame after fitting β is then not soft tissue but a body outside the shape space, and is
     /// subtracted from every frame. The first frame must then be at rest.
     pub own_surface: bool,
+    /// Where the joints lie.
+    pub joints: Joints,
 }
 
 impl FitOptions {
-    /// Unposed, with rigidity from the body where it has soft regions, else from the scans.
+    /// Unposed, with rigidity from the body where it has soft regions, else from the scans, and with fitted
+    /// joints.
     pub fn for_body(body: &BodyModel) -> Self {
         Self {
             objective: Objective::Unposed,
@@ -61,6 +71,7 @@ impl FitOptions {
             },
             shape: None,
             own_surface: false,
+            joints: Joints::Fitted,
         }
     }
 }
@@ -83,6 +94,8 @@ pub struct FittedSequence {
     pub rate_hz: f64,
     /// Shape coefficients β in standard deviations.
     pub shape: [f32; SHAPE_COUNT],
+    /// How far each joint lies from where β puts it, in metres in the rest pose, `[joint]`.
+    pub joint_offsets_m: [Vec3; JOINT_COUNT],
     /// Rigidity weight of each vertex, 0 to 1.
     pub rigidity: Vec<f64>,
     /// The frames, at least one.
@@ -90,18 +103,39 @@ pub struct FittedSequence {
 }
 
 /// What all frames of a sequence share.
-struct Fitter<'a> {
-    body: &'a BodyModel,
+pub(crate) struct Fitter<'a> {
+    pub body: &'a BodyModel,
     objective: Objective,
-    moving: Vec<u32>,
     parts: Parts,
+}
+
+/// How much each vertex counts.
+pub(crate) struct Weights {
+    /// `[vertex]`, 0 to 1.
+    pub values: Vec<f64>,
+    /// The vertices that count at all.
+    chosen: Vec<u32>,
+    /// Some of them.
+    coarse: Vec<u32>,
+}
+
+impl Weights {
+    pub fn new(values: Vec<f64>) -> Self {
+        let counts = |vertex: &u32| values[*vertex as usize] > 0.0;
+        let chosen: Vec<u32> = (0..values.len() as u32).filter(counts).collect();
+        Self {
+            coarse: chosen.iter().copied().step_by(COARSE).collect(),
+            chosen,
+            values,
+        }
+    }
 }
 
 /// A sequence whose shape is known, and whose frames are fitted when they are asked for.
 pub struct SequenceFit<'a> {
     fitter: Fitter<'a>,
     scans: &'a Scans<'a>,
-    weights: Vec<f64>,
+    weights: Weights,
     first: Estimate,
     own_surface: bool,
 }
@@ -126,17 +160,19 @@ pub fn fit_sequence(
     Ok(FittedSequence {
         rate_hz: scans.rate_hz,
         shape: fit.shape(),
-        rigidity: fit.weights,
+        joint_offsets_m: fit.joint_offsets_m(),
+        rigidity: fit.weights.values,
         frames,
     })
 }
 
 impl<'a> SequenceFit<'a> {
-    /// Fits β to the first frame of `scans`, unless it is given, and finds the rigidity weights.
+    /// Fits β to the first frame of `scans` and the joints to frames of all of it, unless they are given, and
+    /// finds the rigidity weights.
     ///
     /// # Errors
     /// [`FitError::NoFit`] where the first frame is no mesh of this body in this order,
-    /// [`FitError::Body`] for rigidity that the body does not tell, [`FitError::Parameter`] for β or
+    /// [`FitError::Body`] for rigidity that the body does not tell, [`FitError::Parameter`] for β, joints or
     /// weights that are none, [`FitError::Topology`] for scans of another body, and what
     /// [`Scans::frames_m`] gives.
     pub fn begin(
@@ -144,40 +180,53 @@ impl<'a> SequenceFit<'a> {
         scans: &'a Scans<'a>,
         options: &FitOptions,
     ) -> Result<Self, FitError> {
-        if scans.vertex_count != body.vertex_count() {
-            return Err(FitError::Topology {
-                path: scans.path.clone(),
-                what: "the number of vertices",
-                expected: body.vertex_count().to_string(),
-                got: scans.vertex_count.to_string(),
-            });
+        let mut frames = JointFrames::new(body);
+        if options.joints == Joints::Fitted {
+            check_topology(body, scans)?;
+            frames.add(scans, JointFrames::MOST)?;
         }
+        Self::begin_with(body, scans, &frames, options)
+    }
+
+    /// As [`Self::begin`], with joints fitted to `frames`, which may be of several sequences of the person.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn begin_with(
+        body: &'a BodyModel,
+        scans: &'a Scans<'a>,
+        frames: &JointFrames<'_>,
+        options: &FitOptions,
+    ) -> Result<Self, FitError> {
+        check_topology(body, scans)?;
         let fitter = Fitter {
             body,
             objective: options.objective,
-            moving: moving(body),
             parts: Parts::new(body),
         };
-        let mut weights = options.rigidity.weights(body)?;
+        let known = Known {
+            shape: options.shape,
+            joint_offsets_m: options.joints.offsets_m()?,
+        };
+        let mut weights = Weights::new(options.rigidity.weights(body)?);
         let first_m = scans.frames_m(0..1)?;
-        let mut first = fitter.first(&first_m, &weights, options.shape)?;
-        if options.rigidity == Rigidity::Data {
-            let stride = scans.frame_count().div_ceil(RIGIDITY_FRAMES);
-            let some: Result<Vec<Vec<Vec3>>, FitError> = (0..scans.frame_count())
-                .step_by(stride)
-                .map(|frame| scans.frames_m(frame..frame + 1))
-                .collect();
-            let some = some?;
+        let mut first = fitter.first(&first_m, &weights, &known)?;
+        let learns = options.rigidity == Rigidity::Data;
+        if learns {
             for _ in 0..RIGIDITY_PASSES {
-                let frames: Vec<Vec<Vec3>> = some
-                    .par_iter()
-                    .map(|scan_m| {
-                        let estimate = fitter.pose(scan_m, &weights, &first, None);
-                        fitter.offsets_rest_m(scan_m, &estimate)
-                    })
-                    .collect();
-                weights = rigidity::from_offsets(&frames, body.vertex_count());
-                first = fitter.first(&first_m, &weights, options.shape)?;
+                weights = fitter.learned(scans, &weights, &first)?;
+                first = fitter.first(&first_m, &weights, &known)?;
+            }
+        }
+        if options.joints == Joints::Fitted {
+            first = joints::fitted(&fitter, &first_m, frames, &weights, &known, first)?;
+            if learns {
+                weights = fitter.learned(scans, &weights, &first)?;
+                let known = Known {
+                    joint_offsets_m: first.joint_offsets_m,
+                    ..known
+                };
+                first = fitter.first(&first_m, &weights, &known)?;
             }
         }
         Ok(Self {
@@ -194,9 +243,15 @@ impl<'a> SequenceFit<'a> {
         self.first.shape.map(|beta| beta as f32)
     }
 
+    /// How far each joint lies from where β puts it, in metres in the rest pose, `[joint]`. The pelvis stays:
+    /// the root's translation makes up for it.
+    pub fn joint_offsets_m(&self) -> [Vec3; JOINT_COUNT] {
+        self.first.joint_offsets_m.map(|offset| offset.as_vec3())
+    }
+
     /// Rigidity weight of each vertex, 0 to 1.
     pub fn rigidity(&self) -> &[f64] {
-        &self.weights
+        &self.weights.values
     }
 
     /// Frames per second.
@@ -254,18 +309,24 @@ impl<'a> SequenceFit<'a> {
     /// Frames one after the other, each from the one before.
     fn run(&self, scans_m: &[Vec3], done: impl Fn()) -> Vec<FittedFrame> {
         let fitter = &self.fitter;
-        let mut before: Option<Pose> = None;
+        // The last pose, and where the movement of the last two leads.
+        let mut near: Vec<Pose> = Vec::new();
         scans_m
             .chunks_exact(self.scans.vertex_count)
             .map(|scan_m| {
-                let estimate = fitter.pose(scan_m, &self.weights, &self.first, before.as_ref());
+                let estimate = fitter.pose(scan_m, &self.weights, &self.first, &near);
                 let problem = fitter.problem(scan_m, &self.weights);
                 let fitted = FittedFrame {
                     offsets_rest_m: fitter.offsets_rest_m(scan_m, &estimate),
                     rigid_distance_m: problem.distance_m(&estimate) as f32,
                     pose: estimate.pose,
                 };
-                before = Some(fitted.pose.clone());
+                near = match near.first() {
+                    None => vec![fitted.pose.clone()],
+                    Some(before) => {
+                        vec![fitted.pose.clone(), continued(before, &fitted.pose)]
+                    }
+                };
                 done();
                 fitted
             })
@@ -273,36 +334,71 @@ impl<'a> SequenceFit<'a> {
     }
 }
 
-impl<'a> Fitter<'a> {
-    fn problem<'b>(&'b self, scan_m: &'b [Vec3], weights: &'b [f64]) -> Problem<'b> {
+/// What is known of a person before the fit.
+pub(crate) struct Known {
+    pub shape: Option<[f32; SHAPE_COUNT]>,
+    pub joint_offsets_m: [DVec3; JOINT_COUNT],
+}
+
+fn check_topology(body: &BodyModel, scans: &Scans<'_>) -> Result<(), FitError> {
+    if scans.vertex_count == body.vertex_count() {
+        return Ok(());
+    }
+    Err(FitError::Topology {
+        path: scans.path.clone(),
+        what: "the number of vertices",
+        expected: body.vertex_count().to_string(),
+        got: scans.vertex_count.to_string(),
+    })
+}
+
+impl Fitter<'_> {
+    pub fn problem<'b>(&'b self, scan_m: &'b [Vec3], weights: &'b Weights) -> Problem<'b> {
         Problem {
             body: self.body,
             objective: self.objective,
             scan_m,
-            weights,
-            moving: &self.moving,
-            fit_shape: false,
+            weights: &weights.values,
+            chosen: &weights.chosen,
+            beside: Beside::Nothing,
             robust_m: NARROW_M,
         }
     }
 
-    /// Solves with the wide, then with the narrow loss.
-    fn solved(&self, problem: &Problem<'_>, start: Estimate, wide_steps: usize) -> Estimate {
-        let wide = Problem {
-            robust_m: WIDE_M,
+    /// Solves with the wide, then with the narrow loss, with few vertices until that brings no more.
+    fn solved(
+        &self,
+        problem: &Problem<'_>,
+        coarse: &[u32],
+        start: Estimate,
+        wide_steps: usize,
+    ) -> Estimate {
+        let few = Problem {
+            chosen: coarse,
             ..*problem
         };
-        solve(problem, solve(&wide, start, wide_steps), NARROW_STEPS)
+        let wide = Problem {
+            robust_m: WIDE_M,
+            ..few
+        };
+        let near = solve(&wide, start, wide_steps, ENOUGH_COARSE);
+        let nearer = solve(&few, near, NARROW_STEPS, ENOUGH_COARSE);
+        solve(problem, nearer, NARROW_STEPS, ENOUGH)
+    }
+
+    /// A pose near enough for the narrow loss.
+    pub fn refined(&self, scan_m: &[Vec3], weights: &Weights, start: Estimate) -> Estimate {
+        solve(&self.problem(scan_m, weights), start, NARROW_STEPS, ENOUGH)
     }
 
     /// The first frame: pose and, unless it is known, shape.
-    fn first(
+    pub fn first(
         &self,
         scan_m: &[Vec3],
-        weights: &[f64],
-        known: Option<[f32; SHAPE_COUNT]>,
+        weights: &Weights,
+        known: &Known,
     ) -> Result<Estimate, FitError> {
-        let shape = known.unwrap_or_default();
+        let shape = known.shape.unwrap_or_default();
         if !shape.iter().all(|beta| beta.abs() <= 10.0) {
             return Err(FitError::Parameter {
                 name: "the shape",
@@ -310,16 +406,17 @@ impl<'a> Fitter<'a> {
                 expected: "coefficients between -10 and 10 standard deviations",
             });
         }
-        let mut estimate = Estimate::new(self.body, Pose::REST, shape.map(f64::from));
-        estimate.pose = pose_by_parts(&estimate.shaped, scan_m, weights, &self.parts);
+        let shape_f64 = shape.map(f64::from);
+        let mut estimate = Estimate::new(self.body, Pose::REST, shape_f64, known.joint_offsets_m);
+        estimate.pose = pose_by_parts(&estimate.shaped, scan_m, &weights.values, &self.parts);
         let mut problem = self.problem(scan_m, weights);
-        estimate = self.solved(&problem, estimate, WIDE_STEPS);
+        estimate = self.solved(&problem, &weights.coarse, estimate, WIDE_STEPS);
         // Chest and belly tell most of some coefficients: soft skin counts more here than for poses.
-        let shape_weights: Vec<f64> = weights.iter().map(|weight| weight.sqrt()).collect();
-        if known.is_none() {
-            problem.fit_shape = true;
+        let shape_weights: Vec<f64> = weights.values.iter().map(|weight| weight.sqrt()).collect();
+        if known.shape.is_none() {
+            problem.beside = Beside::Shape;
             problem.weights = &shape_weights;
-            estimate = self.solved(&problem, estimate, WIDE_STEPS);
+            estimate = self.solved(&problem, &weights.coarse, estimate, WIDE_STEPS);
         }
         let distance_m = problem.distance_m(&estimate);
         if distance_m <= NO_FIT_M {
@@ -333,28 +430,50 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    /// A frame of the shape of `first`, from the pose `before` it or by parts: whichever is nearer.
-    fn pose(
+    /// Rigidity from some frames of the scans.
+    fn learned(
+        &self,
+        scans: &Scans<'_>,
+        weights: &Weights,
+        first: &Estimate,
+    ) -> Result<Weights, FitError> {
+        let stride = scans.frame_count().div_ceil(RIGIDITY_FRAMES);
+        let offsets_rest_m: Vec<Vec<Vec3>> = (scans.every_nth_m(stride)?)
+            .par_iter()
+            .map(|scan_m| {
+                let estimate = self.pose(scan_m, weights, first, &[]);
+                self.offsets_rest_m(scan_m, &estimate)
+            })
+            .collect();
+        let learned = rigidity::from_offsets(&offsets_rest_m, self.body.vertex_count());
+        Ok(Weights::new(learned))
+    }
+
+    /// A frame of the shape of `first`, from one of some poses that may be near, or by parts: whichever is
+    /// nearest.
+    pub fn pose(
         &self,
         scan_m: &[Vec3],
-        weights: &[f64],
+        weights: &Weights,
         first: &Estimate,
-        before: Option<&Pose>,
+        near: &[Pose],
     ) -> Estimate {
         let problem = self.problem(scan_m, weights);
-        let with_pose = |pose| Estimate {
-            pose,
-            ..first.clone()
+        let coarse = Problem {
+            chosen: &weights.coarse,
+            ..problem
         };
-        let by_parts = pose_by_parts(&first.shaped, scan_m, weights, &self.parts);
-        let far = with_pose(by_parts);
-        if let Some(before) = before {
-            let near = with_pose(before.clone());
-            if problem.cost(&near) < problem.cost(&far) {
-                return self.solved(&problem, near, NEAR_STEPS);
+        let by_parts = pose_by_parts(&first.shaped, scan_m, &weights.values, &self.parts);
+        let mut start = first.posed(by_parts);
+        let (mut cost, mut wide_steps) = (coarse.cost(&start), WIDE_STEPS);
+        for pose in near {
+            let tried = first.posed(pose.clone());
+            let tried_cost = coarse.cost(&tried);
+            if tried_cost < cost {
+                (start, cost, wide_steps) = (tried, tried_cost, NEAR_STEPS);
             }
         }
-        self.solved(&problem, far, WIDE_STEPS)
+        self.solved(&problem, &weights.coarse, start, wide_steps)
     }
 
     /// DSNet Eq. 5: the unposed scan minus template, shape and pose correctives.
@@ -362,8 +481,8 @@ impl<'a> Fitter<'a> {
         let matrices = SkinMatrices::new(&estimate.pose, &estimate.shaped.joints_m);
         let mut offsets_m = vec![Vec3::ZERO; scan_m.len()];
         unpose_linear(scan_m, &self.body.skin, &matrices, &mut offsets_m);
-        for (offset, rest) in offsets_m.iter_mut().zip(estimate.rest_m(self.body)) {
-            *offset -= rest;
+        for (offset, rest) in offsets_m.iter_mut().zip(estimate.rest_m(self.body).iter()) {
+            *offset -= *rest;
         }
         offsets_m
     }

@@ -63,6 +63,17 @@ pub(crate) fn pose_by_parts(
     pose
 }
 
+/// Where a movement from a pose to the next one leads in the same time again.
+pub(crate) fn continued(before: &Pose, last: &Pose) -> Pose {
+    let mut next = last.clone();
+    next.root_translation_m += last.root_translation_m - before.root_translation_m;
+    let turns = next.parent_from_joint.iter_mut();
+    for (turn, before) in turns.zip(&before.parent_from_joint) {
+        *turn = (*turn * (before.conjugate() * *turn)).normalize();
+    }
+    next
+}
+
 /// The rotation of the trunk from rest to a scan in any unit; none where its points span no space.
 pub(crate) fn trunk_rotation(body: &BodyModel, scan: &[Vec3]) -> Option<DQuat> {
     let trunk = [Joint::Pelvis, Joint::Spine1, Joint::Spine2, Joint::Spine3].map(|j| j as usize);

@@ -13,8 +13,8 @@ use dynaskin_body::{
     BodyModel, JOINT_COUNT, Joint, Pose, Region, SHAPE_COUNT, SkinMatrices, skin_linear,
 };
 use dynaskin_fit::{
-    Case, CheckOptions, FitError, FitOptions, FittedSequence, Objective, Rigidity, ScanOptions,
-    ScanUnit, Scans, check_fit, fit_sequence,
+    Case, CheckOptions, FitError, FitOptions, FittedSequence, Joints, Objective, Rigidity,
+    ScanOptions, ScanUnit, Scans, check_fit, fit_sequence,
 };
 use dynaskin_motion::{Amass, Procedural, ProceduralKind, UpAxis};
 use dynaskin_sim::ClipData;
@@ -142,6 +142,8 @@ fn soft_tissue_of_a_hop_is_recovered() {
         shape: SHAPE,
         cases: vec![Case::Dynamic, Case::Noise],
         objectives: vec![Objective::Unposed],
+        joints: vec![Joints::Fitted],
+        joint_shift_m: 0.01,
         rigidity: Rigidity::Body,
         seed: 3,
     };
@@ -168,6 +170,67 @@ fn soft_tissue_of_a_hop_is_recovered() {
     );
     // The noise itself is 1.6 mm long on average.
     assert!(noisy.offset_mm < 2.5, "{}", noisy.offset_mm);
+}
+
+/// Joints that lie aside from where β puts them.
+fn aside_m() -> [Vec3; JOINT_COUNT] {
+    std::array::from_fn(|joint| {
+        let k = joint as f32;
+        let direction = Vec3::new((k * 2.0).sin(), (k * 1.4).cos(), (k * 0.6).sin());
+        match joint {
+            // The root's translation makes up for the pelvis.
+            0 => Vec3::ZERO,
+            _ => 0.01 * direction.normalize(),
+        }
+    })
+}
+
+#[test]
+fn joints_are_found_where_they_bend() {
+    let body = female();
+    let mut shaped = body.shaped(&SHAPE);
+    for (joint_m, aside_m) in shaped.joints_m.iter_mut().zip(aside_m()) {
+        *joint_m += aside_m;
+    }
+    let poses: Vec<Pose> = std::iter::once(Pose::REST)
+        .chain((1..20).map(|k| wild_pose(0.37 * f64::from(k))))
+        .collect();
+    let mut frames = Vec::new();
+    for pose in &poses {
+        let matrices = SkinMatrices::new(pose, &shaped.joints_m);
+        let mut world_m = vec![Vec3::ZERO; body.vertex_count()];
+        skin_linear(&shaped.positions_m, &body.skin, &matrices, &mut world_m);
+        frames.push(world_m);
+    }
+    let scans = scans(&body, frames, 60.0);
+    let fit = |joints| {
+        let options = FitOptions {
+            joints,
+            ..FitOptions::for_body(&body)
+        };
+        fit_sequence(&body, &scans, &options, |_| {}).unwrap()
+    };
+    let largest_mm = |fitted: &FittedSequence| {
+        let offsets = fitted.frames.iter().flat_map(|frame| &frame.offsets_rest_m);
+        1e3 * offsets.map(|offset| offset.length()).fold(0.0, f32::max)
+    };
+    let fitted = fit(Joints::Fitted);
+    let by_shape_m = body.shaped(&fitted.shape).joints_m;
+    for joint in Joint::ALL.into_iter().skip(1) {
+        let own = joint as usize;
+        let error_mm =
+            1e3 * (by_shape_m[own] + fitted.joint_offsets_m[own]).distance(shaped.joints_m[own]);
+        assert!(error_mm < 3.0, "{}: {error_mm} mm", joint.name());
+    }
+    for (frame, pose) in fitted.frames.iter().zip(&poses) {
+        check_pose(&frame.pose, pose, 0.5);
+    }
+    let (found_mm, body_mm) = (largest_mm(&fitted), largest_mm(&fit(Joints::Body)));
+    assert!(found_mm < 1.0 && body_mm > 5.0, "{found_mm} {body_mm}");
+    // Given, they are as good, and nothing is fitted.
+    let given = fit(Joints::Given(fitted.joint_offsets_m));
+    assert_eq!(given.joint_offsets_m, fitted.joint_offsets_m);
+    assert!(largest_mm(&given) < 1.0);
 }
 
 /// A body whose surface is corrected by the pose, as SMPL's is.
@@ -339,6 +402,10 @@ fn what_cannot_be_fitted_is_refused() {
     let refusals = [
         FitOptions {
             shape: Some([f32::NAN; SHAPE_COUNT]),
+            ..usual.clone()
+        },
+        FitOptions {
+            joints: Joints::Given([Vec3::splat(f32::NAN); JOINT_COUNT]),
             ..usual.clone()
         },
         FitOptions {

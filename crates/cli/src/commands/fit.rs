@@ -7,13 +7,14 @@ use std::time::Duration;
 
 use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
-use dynaskin_body::{BodyModel, REGION_COUNT, Region, SHAPE_COUNT};
+use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, REGION_COUNT, Region, SHAPE_COUNT};
 use dynaskin_fit::{
-    ClipBuilder, FitOptions, FittedFrame, Objective, Rigidity, ScanOptions, ScanUnit, Scans,
-    SequenceFit, sequences,
+    ClipBuilder, FitOptions, FittedFrame, Joints, Objective, Rigidity, ScanOptions, ScanUnit,
+    Scans, SequenceFit, sequences,
 };
 use dynaskin_motion::UpAxis;
 use dynaskin_train::ClipName;
+use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
 
@@ -91,6 +92,9 @@ pub(super) struct Settings {
     /// instead of from the surface that β makes.
     #[arg(long)]
     own_surface: bool,
+    /// Where the joints lie: where the scans' movement shows them, or where the shape puts them.
+    #[arg(long, value_enum, default_value_t = JointPlaces::Fitted)]
+    joints: JointPlaces,
 }
 
 impl Settings {
@@ -113,6 +117,11 @@ impl Settings {
         }
     }
 
+    /// Whether the joints' places are fitted.
+    pub(super) fn fits_joints(&self) -> bool {
+        matches!(self.joints, JointPlaces::Fitted)
+    }
+
     /// How to fit a sequence of a person of a shape.
     pub(super) fn fit_options(
         &self,
@@ -123,12 +132,11 @@ impl Settings {
             objective: self.objective.into(),
             rigidity: match self.rigidity {
                 None => FitOptions::for_body(body).rigidity,
-                Some(Weights::Body) => Rigidity::Body,
-                Some(Weights::Data) => Rigidity::Data,
-                Some(Weights::Uniform) => Rigidity::Uniform,
+                Some(weights) => weights.into(),
             },
             shape,
             own_surface: self.own_surface,
+            joints: self.joints.into(),
         }
     }
 }
@@ -156,10 +164,17 @@ pub(super) enum Compared {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Weights {
+pub(super) enum Weights {
     Body,
     Data,
     Uniform,
+}
+
+/// Where the joints lie, as an argument.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum JointPlaces {
+    Fitted,
+    Body,
 }
 
 /// Runs the command.
@@ -200,6 +215,9 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let mut summary = Summary::new(&body);
     let shape = pool.install(|| -> anyhow::Result<[f32; SHAPE_COUNT]> {
         let fit = SequenceFit::begin(&body, &scans, &options)?;
+        if args.settings.fits_joints() {
+            say(&joints_told(&fit.joint_offsets_m()));
+        }
         let bar = progress_bar(frames);
         let mut clip = clip_name
             .is_some()
@@ -296,6 +314,42 @@ impl From<Compared> for Objective {
             Compared::Posed => Self::Posed,
         }
     }
+}
+
+impl From<Weights> for Rigidity {
+    fn from(weights: Weights) -> Self {
+        match weights {
+            Weights::Body => Self::Body,
+            Weights::Data => Self::Data,
+            Weights::Uniform => Self::Uniform,
+        }
+    }
+}
+
+impl From<JointPlaces> for Joints {
+    fn from(places: JointPlaces) -> Self {
+        match places {
+            JointPlaces::Fitted => Self::Fitted,
+            JointPlaces::Body => Self::Body,
+        }
+    }
+}
+
+/// How far the joints lie from where the shape puts them, farthest first.
+pub(super) fn joints_told(offsets_m: &[Vec3; JOINT_COUNT]) -> String {
+    let mut joints: Vec<(Joint, f32)> = Joint::ALL
+        .into_iter()
+        .map(|joint| (joint, 1e3 * offsets_m[joint as usize].length()))
+        .collect();
+    joints.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mean_mm = joints.iter().map(|(_, mm)| mm).sum::<f32>() / JOINT_COUNT as f32;
+    let farthest: Vec<String> = (joints.iter().take(3))
+        .map(|(joint, mm)| format!("{} {mm:.0} mm", joint.name()))
+        .collect();
+    format!(
+        "joints lie {mean_mm:.1} mm on average from where the shape puts them; farthest: {}",
+        farthest.join(", ")
+    )
 }
 
 /// What is told of a fit in the end, added up frame by frame.

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
-use dynaskin_body::{JOINT_COUNT, SHAPE_COUNT};
-use dynaskin_fit::{Case, CaseReport, CheckOptions, Objective, Rigidity, check_fit};
+use dynaskin_body::{JOINT_COUNT, Joint, Pose, SHAPE_COUNT};
+use dynaskin_fit::{Case, CaseReport, CheckOptions, Joints, Objective, Rigidity, check_fit};
 use dynaskin_motion::{Clip, Procedural, ProceduralKind};
 use dynaskin_npz::Writer;
 use dynaskin_sim::{Run, captures};
-use glam::Vec3;
+use glam::{DQuat, Vec3};
 
-use super::fit::{progress_bar, read_body};
+use super::fit::{JointPlaces, Weights, progress_bar, read_body};
 use super::motion_files::MotionFileArgs;
 use super::say;
 
@@ -35,9 +35,18 @@ pub struct FitCheckArgs {
     /// Number of frames.
     #[arg(long, default_value_t = 120, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..=6_000))]
     frames: usize,
-    /// Learn rigidity from the scans instead of taking it from the body.
-    #[arg(long)]
-    rigidity_from_data: bool,
+    /// Where rigidity weights come from.
+    #[arg(long, value_enum, default_value_t = Weights::Body)]
+    rigidity: Weights,
+    /// Where the fit takes the joints to be; without it both.
+    #[arg(long, value_enum)]
+    joints: Option<JointPlaces>,
+    /// How far joints lie beside the model's where they do, in millimetres.
+    #[arg(long, default_value_t = 10.0, value_parser = millimetres)]
+    joints_off_mm: f32,
+    /// Also swing elbows and knees, and half as far shoulders, by up to so many degrees, twice a second.
+    #[arg(long, default_value_t = 0.0, value_parser = degrees)]
+    bend_degrees: f64,
     /// Seed of noise and shifted joints.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -59,6 +68,20 @@ enum CaseName {
     OtherSkinning,
 }
 
+fn millimetres(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=100.0).contains(&value) => Ok(value),
+        _ => Err("expected millimetres, 0 to 100".to_owned()),
+    }
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (0.0..=170.0).contains(&value) => Ok(value),
+        _ => Err("expected degrees, 0 to 170".to_owned()),
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &FitCheckArgs) -> anyhow::Result<()> {
     let (body, _) = read_body(&args.body)?;
@@ -75,14 +98,16 @@ pub fn run(args: &FitCheckArgs) -> anyhow::Result<()> {
             Some(CaseName::OtherSkinning) => vec![Case::OtherSkinning],
         },
         objectives: vec![Objective::Unposed, Objective::Posed],
-        rigidity: if args.rigidity_from_data {
-            Rigidity::Data
-        } else {
-            Rigidity::Body
+        joints: match args.joints {
+            None => vec![Joints::Body, Joints::Fitted],
+            Some(joints) => vec![joints.into()],
         },
+        joint_shift_m: 1e-3 * args.joints_off_mm,
+        rigidity: args.rigidity.into(),
         seed: args.seed,
     };
-    let frames = motion.frames.len() * options.cases.len() * options.objectives.len();
+    let fits = options.cases.len() * options.objectives.len() * options.joints.len();
+    let frames = motion.frames.len() * fits;
     let bar = progress_bar(frames as u64);
     let reports = check_fit(&body, &motion, &options, |case, objective, _| {
         bar.set_message(format!("{}, {}", case.name(), name(objective)));
@@ -95,7 +120,10 @@ pub fn run(args: &FitCheckArgs) -> anyhow::Result<()> {
         motion.frames.len(),
         args.shape
     ));
-    say(&table(&reports));
+    say(&table(&reports, args.joints_off_mm));
+    if let Some(joints) = joint_table(&reports) {
+        say(&joints);
+    }
     if let Some(path) = &args.out {
         let rest_m = body.shaped(&shape).positions_m;
         write(path, &rest_m, &reports)
@@ -121,7 +149,28 @@ fn motion(args: &FitCheckArgs, joints_rest_m: &[Vec3; JOINT_COUNT]) -> anyhow::R
         (Some(_), None) => bail!("--mocap needs the name of a capture: --clip NAME"),
     };
     clip.frames.truncate(args.frames);
+    let rate_hz = clip.rate_hz;
+    for (frame, pose) in clip.frames.iter_mut().enumerate() {
+        bend(pose, frame as f64 / rate_hz, args.bend_degrees);
+    }
     Ok(clip)
+}
+
+/// Bends a pose as far as a swing that begins at rest is at a time in seconds.
+fn bend(pose: &mut Pose, seconds: f64, most_degrees: f64) {
+    let far =
+        most_degrees.to_radians() * 0.5 * (1.0 - (4.0 * std::f64::consts::PI * seconds).cos());
+    let turns = [
+        (Joint::LeftKnee, DQuat::from_rotation_x(far)),
+        (Joint::RightKnee, DQuat::from_rotation_x(far)),
+        (Joint::LeftElbow, DQuat::from_rotation_y(-far)),
+        (Joint::RightElbow, DQuat::from_rotation_y(far)),
+        (Joint::LeftShoulder, DQuat::from_rotation_z(0.5 * far)),
+        (Joint::RightShoulder, DQuat::from_rotation_z(-0.5 * far)),
+    ];
+    for (joint, turn) in turns {
+        pose.parent_from_joint[joint as usize] *= turn;
+    }
 }
 
 fn name(objective: Objective) -> &'static str {
@@ -131,24 +180,41 @@ fn name(objective: Objective) -> &'static str {
     }
 }
 
+fn places(joints: Joints) -> &'static str {
+    match joints {
+        Joints::Body => "body",
+        Joints::Fitted => "fitted",
+        Joints::Given(_) => "given",
+    }
+}
+
 /// A Markdown table.
-fn table(reports: &[CaseReport]) -> String {
-    let mut text =
-        "| sequence | objective | angle median, 95 % (°) | root (mm) | β RMS (sd) | Δ mean \
-                    (mm) | Δ soft skin (mm) | Δ 99.9 % (mm) | true Δ soft skin (mm) |\n\
-                    |---|---|--:|--:|--:|--:|--:|--:|--:|"
-            .to_owned();
+fn table(reports: &[CaseReport], joints_off_mm: f32) -> String {
+    let mut text = "| sequence | joints | objective | angle median, 95 % (°) | spine median, 95 % (°) | \
+                    root (mm) | β RMS (sd) | Δ mean (mm) | Δ soft skin (mm) | Δ sheared skin (mm) | \
+                    Δ 99.9 % (mm) | true Δ soft skin (mm) |\n\
+                    |---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+        .to_owned();
     for report in reports {
+        let mut case = report.case.name().to_owned();
+        if report.case == Case::OtherJoints {
+            case = format!("dynamics, joints {joints_off_mm} mm off");
+        }
+        let sheared = report.sheared_offset_mm;
         text.push_str(&format!(
-            "\n| {} | {} | {:.3}, {:.3} | {:.3} | {:.3} | {:.3} | {:.3} | {:.2} | {:.2} |",
-            report.case.name(),
+            "\n| {case} | {} | {} | {:.3}, {:.3} | {:.3}, {:.3} | {:.3} | {:.3} | {:.3} | {:.3} | {} | {:.2} | \
+             {:.2} |",
+            places(report.joints),
             name(report.objective),
             report.angle_median_degrees,
             report.angle_p95_degrees,
+            report.spine_median_degrees,
+            report.spine_p95_degrees,
             report.translation_mm,
             report.shape_rms,
             report.offset_mm,
             report.soft_offset_mm,
+            sheared.map_or("none".to_owned(), |mm| format!("{mm:.2}")),
             report.offset_p999_mm,
             report.true_soft_offset_mm,
         ));
@@ -156,12 +222,34 @@ fn table(reports: &[CaseReport]) -> String {
     text
 }
 
+/// Which joints the sequence whose joints lie beside the model's determines; none where it was not fitted.
+fn joint_table(reports: &[CaseReport]) -> Option<String> {
+    let report = reports
+        .iter()
+        .find(|report| report.case == Case::OtherJoints && report.joints == Joints::Fitted)?;
+    let mut text = format!(
+        "| joint ({}) | bends by (°, 95 %) | place off after the fit (mm) |\n|---|--:|--:|",
+        name(report.objective)
+    );
+    for joint in Joint::ALL.into_iter().skip(1) {
+        let own = joint as usize;
+        text.push_str(&format!(
+            "\n| {} | {:.1} | {:.1} |",
+            joint.name(),
+            report.bend_degrees[own],
+            report.joint_place_mm[own]
+        ));
+    }
+    Some(text)
+}
+
 fn write(path: &Path, rest_m: &[Vec3], reports: &[CaseReport]) -> anyhow::Result<()> {
     let mut writer = Writer::create(path)?;
     let rest: Vec<f32> = rest_m.iter().flat_map(|rest| rest.to_array()).collect();
     writer.array("rest_m", &[rest_m.len(), 3], &rest)?;
     for report in reports {
-        let key = format!("{:?}_{}", report.case, name(report.objective)).to_lowercase();
+        let (objective, joints) = (name(report.objective), places(report.joints));
+        let key = format!("{:?}_{objective}_{joints}", report.case).to_lowercase();
         let frames = report.fitted.frames.len();
         let vertices = report.fitted.rigidity.len();
         let fitted = report

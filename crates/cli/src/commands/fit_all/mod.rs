@@ -14,12 +14,13 @@ use clap::Args;
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
 use dynaskin_files::FolderLock;
 use dynaskin_fit::{
-    Capture, ClipBuilder, FitError, Scans, SequenceFit, captures, nearest_to_rest, turned_degrees,
+    Capture, ClipBuilder, FitError, FitOptions, JointFrames, Joints, Scans, SequenceFit, captures,
+    nearest_to_rest, turned_degrees,
 };
 use dynaskin_train::ClipName;
 use indicatif::ProgressBar;
 
-use super::fit::{Settings, progress_bar, read_body, shape_of};
+use super::fit::{Settings, joints_told, progress_bar, read_body, shape_of};
 use super::say;
 use super::shard::Shard;
 use state::{PersonShape, Shapes};
@@ -143,8 +144,9 @@ fn settings_text(args: &FitAllArgs, sha256: &str) -> String {
     format!("{settings} at {} Hz", args.rate)
 }
 
-/// The shape of each person of `ours`: given, in the folder already, or fitted to the sequence nearest to rest
-/// among all that were `found`. The second are the people without one, and why: they do not stop the others.
+/// Shape and joints of each person of `ours`: in the folder already, or fitted. The second are the people
+/// without them, and why: they do not stop the others. The shape is given, or fitted to the sequence nearest
+/// to rest among all that were `found`; the joints are fitted to frames of all of the person's sequences.
 fn shapes(
     args: &FitAllArgs,
     body: &BodyModel,
@@ -152,13 +154,21 @@ fn shapes(
     ours: &[Capture],
 ) -> anyhow::Result<(Shapes, BTreeMap<String, String>)> {
     let mut shapes = Shapes::read(&args.out)?;
-    for given in &args.shape {
-        let Some((person, betas)) = given.split_once('=') else {
-            bail!("--shape {given}: expected PERSON=b0,b1,...,b9");
+    let mut given = BTreeMap::new();
+    for text in &args.shape {
+        let Some((person, betas)) = text.split_once('=') else {
+            bail!("--shape {text}: expected PERSON=b0,b1,...,b9");
         };
         let betas: Result<Vec<f32>, _> = betas.split(',').map(|beta| beta.trim().parse()).collect();
-        let betas = betas.with_context(|| format!("--shape {given}: expected numbers"))?;
-        shapes.give(&args.out, person, shape_of(&betas)?)?;
+        let betas = betas.with_context(|| format!("--shape {text}: expected numbers"))?;
+        let shape = shape_of(&betas)?;
+        shapes.check_given(&args.out, person, &shape)?;
+        if given
+            .insert(person, shape)
+            .is_some_and(|other| other != shape)
+        {
+            bail!("--shape gives {person} two shapes; give one");
+        }
     }
     let people: BTreeSet<&str> = ours.iter().map(|capture| capture.person.as_str()).collect();
     let new: Vec<Capture> = found
@@ -180,14 +190,34 @@ fn shapes(
     bar.finish_and_clear();
     let mut shapeless = BTreeMap::new();
     for (person, nearest) in nearest_to_rest(&new, &degrees) {
-        match nearest
+        let shape = given.get(person).copied();
+        // With a known shape any pose will do to begin with.
+        let readable = || {
+            let mut readable = new
+                .iter()
+                .zip(&degrees)
+                .filter(|(_, degrees)| degrees.is_some());
+            readable.find(|(capture, _)| capture.person == person)
+        };
+        let begun = match (shape.and_then(|_| readable()), nearest) {
+            (Some((capture, _)), _) => Ok((capture, None)),
+            (None, nearest) => nearest.map(|(capture, degrees)| (capture, Some(degrees))),
+        };
+        let own: Vec<&Capture> = new.iter().filter(|other| other.person == person).collect();
+        match begun
             .map_err(anyhow::Error::from)
-            .and_then(|nearest| person_shape(args, body, nearest))
+            .and_then(|begun| person_shape(args, body, begun, shape, &own))
         {
             Ok(found) => {
                 if let Some((name, degrees)) = &found.source {
                     say(&format!(
                         "{person}: shape from {name}, which begins {degrees:.0} degrees from rest"
+                    ));
+                }
+                if args.settings.fits_joints() {
+                    say(&format!(
+                        "{person}: {}",
+                        joints_told(&found.joint_offsets_m)
                     ));
                 }
                 shapes.keep(&args.out, person, found)?;
@@ -200,18 +230,34 @@ fn shapes(
     Ok((shapes, shapeless))
 }
 
-/// The shape of the person of a sequence, and by how many degrees its first frame is from rest.
+/// Shape and joints of a person: from a sequence, whose first frame is by so many degrees from rest unless
+/// the shape is given, and from frames of all `own` sequences.
 fn person_shape(
     args: &FitAllArgs,
     body: &BodyModel,
-    (capture, degrees): (&Capture, f64),
+    (capture, degrees): (&Capture, Option<f64>),
+    shape: Option<[f32; SHAPE_COUNT]>,
+    own: &[&Capture],
 ) -> anyhow::Result<PersonShape> {
+    let options = args.settings.fit_options(body, shape);
+    let mut frames = JointFrames::new(body);
+    if options.joints == Joints::Fitted {
+        let stride = own.len().div_ceil(JointFrames::MOST);
+        let some: Vec<&&Capture> = own.iter().step_by(stride).collect();
+        for capture in &some {
+            // One that cannot be read is told when it is its turn.
+            if let Ok(scans) = open(args, body, capture) {
+                let _ = frames.add(&scans, JointFrames::MOST / some.len());
+            }
+        }
+    }
     let scans = open(args, body, capture)?;
-    let fit = SequenceFit::begin(body, &scans, &args.settings.fit_options(body, None))
+    let fit = SequenceFit::begin_with(body, &scans, &frames, &options)
         .with_context(|| capture.name.clone())?;
     Ok(PersonShape {
         shape: fit.shape(),
-        source: Some((capture.name.clone(), degrees)),
+        joint_offsets_m: fit.joint_offsets_m(),
+        source: degrees.map(|degrees| (capture.name.clone(), degrees)),
     })
 }
 
@@ -292,7 +338,7 @@ fn fit_one(work: &Work<'_>, capture: &Capture) -> anyhow::Result<()> {
     if let Some(reason) = work.shapeless.get(&capture.person) {
         bail!("{reason}");
     }
-    let shape: [f32; SHAPE_COUNT] = work
+    let person = work
         .shapes
         .of(&capture.person)
         .context("its person has no shape: no sequence of the person can be read")?;
@@ -303,7 +349,10 @@ fn fit_one(work: &Work<'_>, capture: &Capture) -> anyhow::Result<()> {
     let scans = open(args, body, capture)?;
     scans.check(|_| ())?;
     work.pool.install(|| -> anyhow::Result<()> {
-        let options = args.settings.fit_options(body, Some(shape));
+        let options = FitOptions {
+            joints: Joints::Given(person.joint_offsets_m),
+            ..args.settings.fit_options(body, Some(person.shape))
+        };
         let fit = SequenceFit::begin(body, &scans, &options)?;
         let mut clip = ClipBuilder::new(body, fit.rate_hz(), fit.shape());
         let done = |_: usize| work.bar.inc(1);

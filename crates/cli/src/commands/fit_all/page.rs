@@ -97,14 +97,28 @@ pub fn write(
 }
 
 fn people(shapes: &Shapes) -> Table {
-    let mut table = Table::new(["person", "shape from", "degrees from rest", "β"]);
+    let mut table = Table::new([
+        "person",
+        "shape from",
+        "degrees from rest",
+        "β",
+        "joints from where β puts them, mean (mm)",
+    ]);
     for (person, found) in shapes.people() {
         let (source, degrees) = match &found.source {
             Some((name, degrees)) => (name.clone(), format!("{degrees:.1}")),
             None => ("given".to_owned(), String::new()),
         };
         let betas: Vec<String> = found.shape.iter().map(|b| format!("{b:.2}")).collect();
-        table.row(vec![person.clone(), source, degrees, betas.join(", ")]);
+        let lengths_m = found.joint_offsets_m.map(|offset| offset.length());
+        let mean_mm = 1e3 * lengths_m.iter().sum::<f32>() / JOINT_COUNT as f32;
+        table.row(vec![
+            person.clone(),
+            source,
+            degrees,
+            betas.join(", "),
+            format!("{mean_mm:.1}"),
+        ]);
     }
     table
 }
@@ -178,7 +192,11 @@ fn picture(body: &BodyModel, out: &Path, one: &Told<'_>) -> anyhow::Result<Pictu
             offsets_m[index[1]][index[2]] = value as f32;
         }
     })?;
-    let shaped = body.shaped(&shape);
+    let mut shaped = body.shaped(&shape);
+    let joints = fit.floats("joint_offsets_m", &[Some(JOINT_COUNT), Some(3)])?;
+    for (joint, place_m) in shaped.joints_m.iter_mut().enumerate() {
+        *place_m += Vec3::from_array(std::array::from_fn(|axis| joints.at(&[joint, axis]) as f32));
+    }
     let mut rest_m = shaped.positions_m.clone();
     body.add_pose_correctives(&pose, &mut rest_m);
     for (rest, offset) in rest_m.iter_mut().zip(&offsets_m) {

@@ -6,14 +6,17 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use dynaskin_body::SHAPE_COUNT;
+use dynaskin_body::{JOINT_COUNT, SHAPE_COUNT};
 use dynaskin_files::write_first;
+use glam::Vec3;
 use serde_json::{Value, json};
 
-/// The shape of a person, and where it is from.
+/// The shape and the joints of a person, and where they are from.
 #[derive(Clone, Debug)]
 pub struct PersonShape {
     pub shape: [f32; SHAPE_COUNT],
+    /// How far the joints lie from where the shape puts them, in metres in the rest pose, `[joint]`.
+    pub joint_offsets_m: [Vec3; JOINT_COUNT],
     /// The sequence that it was fitted to, and by how many degrees its joints are turned from rest in the
     /// first frame; none where it was given.
     pub source: Option<(String, f64)>,
@@ -58,6 +61,7 @@ impl Shapes {
         let source = found.source.as_ref();
         let value = json!({
             "shape": found.shape,
+            "jointOffsetsM": found.joint_offsets_m.map(|offset| offset.to_array()),
             "sequence": source.map(|(name, _)| name),
             "degreesFromRest": source.map(|(_, degrees)| degrees),
         });
@@ -74,26 +78,22 @@ impl Shapes {
         self.0.contains_key(person)
     }
 
-    pub fn of(&self, person: &str) -> Option<[f32; SHAPE_COUNT]> {
-        self.0.get(person).map(|found| found.shape)
+    pub fn of(&self, person: &str) -> Option<&PersonShape> {
+        self.0.get(person)
     }
 
     pub fn people(&self) -> impl Iterator<Item = (&String, &PersonShape)> {
         self.0.iter()
     }
 
-    /// A shape from the command line; another one than the folder has is refused.
-    pub fn give(
-        &mut self,
+    /// Refuses a shape from the command line where the folder has another one.
+    pub fn check_given(
+        &self,
         out: &Path,
         person: &str,
-        shape: [f32; SHAPE_COUNT],
+        shape: &[f32; SHAPE_COUNT],
     ) -> anyhow::Result<()> {
-        if !self.has(person) {
-            let source = None;
-            self.keep(out, person, PersonShape { shape, source })?;
-        }
-        if self.of(person) != Some(shape) {
+        if self.of(person).is_some_and(|found| found.shape != *shape) {
             bail!(
                 "{person} has another shape in {}; choose another --out, so that fits of two shapes do not \
                  mix",
@@ -125,11 +125,29 @@ fn parse(text: &str) -> anyhow::Result<PersonShape> {
     let shape = <[f32; SHAPE_COUNT]>::try_from(betas.context("a shape of no numbers")?)
         .ok()
         .context("a shape of another length")?;
+    let joints = value["jointOffsetsM"].as_array().context("no joints")?;
+    let joints: Option<Vec<Vec3>> = joints.iter().map(place).collect();
+    let joint_offsets_m = <[Vec3; JOINT_COUNT]>::try_from(joints.context("joints of no places")?)
+        .ok()
+        .context("another number of joints")?;
     let source = value["sequence"].as_str().map(|name| {
         let degrees = value["degreesFromRest"].as_f64().unwrap_or_default();
         (name.to_owned(), degrees)
     });
-    Ok(PersonShape { shape, source })
+    Ok(PersonShape {
+        shape,
+        joint_offsets_m,
+        source,
+    })
+}
+
+fn place(value: &Value) -> Option<Vec3> {
+    let numbers = value.as_array()?;
+    let numbers: Option<Vec<f32>> = numbers
+        .iter()
+        .map(|number| number.as_f64().map(|number| number as f32))
+        .collect();
+    <[f32; 3]>::try_from(numbers?).ok().map(Vec3::from_array)
 }
 
 /// Keeps the settings of a folder's first run, and refuses others.
