@@ -333,6 +333,98 @@ fn parts_on_many_machines_give_what_one_run_gives() {
     );
 }
 
+/// Two people of two sequences each, long enough to be killed in.
+fn write_long_captures(path: &Path) {
+    let body = body();
+    let sequences = ["50002_arm", "50002_leg", "50004_arm", "50004_leg"].map(|name| {
+        let beta = if name.starts_with("50002") { 1.0 } else { -1.0 };
+        let frames = (0..24).map(|frame| {
+            let mut pose = Pose::REST;
+            let turn = DQuat::from_rotation_z(0.02 * f64::from(frame));
+            let joint = match name.ends_with("arm") {
+                true => Joint::LeftElbow,
+                false => Joint::RightHip,
+            };
+            pose.parent_from_joint[joint as usize] = turn;
+            captures::scan_m(&body, beta, &pose, |_| Vec3::ZERO)
+        });
+        (name.to_owned(), frames.collect())
+    });
+    captures::write(path, &sequences);
+}
+
+/// Fits written whole in a folder: the clip of a sequence is written last.
+#[cfg(unix)]
+fn clips_of(out: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(out.join("clips")).into_iter().flatten();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths
+        .filter(|path| path.extension().is_some_and(|end| end == "safetensors"))
+        .collect()
+}
+
+#[cfg(unix)]
+fn has_half_written_fit(out: &Path) -> bool {
+    let entries = fs::read_dir(out).into_iter().flatten();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.into_iter().any(|name| name.contains(".npz."))
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_run_loses_nothing_but_the_sequence_in_work() {
+    use std::os::unix::process::ExitStatusExt as _;
+
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("captures.h5");
+    write_long_captures(&scans);
+    let fit_all = |out: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dynaskin"));
+        command.arg("fit-all").arg("--body").arg(body_path());
+        command.arg("--scans").arg(&scans).arg("--out").arg(out);
+        command.args(["--rate", "60", "--jobs", "1"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    };
+    let whole = folder.path().join("whole");
+    printed(&fit_all(&whole).output().unwrap());
+    let whole = contents(&whole);
+
+    let out = folder.path().join("killed");
+    // Killed (SIGKILL) as soon as it is so far.
+    let killed_when = |so_far: &dyn Fn() -> bool| {
+        let mut child = fit_all(&out).spawn().unwrap();
+        while !so_far() {
+            let ended = child.try_wait().unwrap();
+            assert!(ended.is_none(), "it ended before it was so far");
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        child.kill().unwrap();
+        assert_eq!(child.wait().unwrap().signal(), Some(9));
+    };
+    // Before any person has a shape, and in the first, third and last sequence.
+    killed_when(&|| out.join("settings.txt").exists());
+    for finished in [0, 2, 3] {
+        killed_when(&|| clips_of(&out).len() >= finished && has_half_written_fit(&out));
+        // What is there is whole.
+        let names = |path: &Path| path.extension().is_some_and(|end| end != "part");
+        for (name, bytes) in contents(&out).iter().filter(|(name, _)| names(name)) {
+            assert!(whole.get(name) == Some(bytes), "{} differs", name.display());
+        }
+    }
+    let clips = clips_of(&out);
+    assert!(clips.len() >= 3, "{clips:?}");
+    let written = |clip: &PathBuf| fs::metadata(clip).unwrap().modified().unwrap();
+    let before: Vec<_> = clips.iter().map(written).collect();
+    let text = printed(&fit_all(&out).output().unwrap());
+    let kept = format!("{} sequences are there already", clips.len());
+    assert!(text.contains(&kept), "{text}");
+    assert!(text.contains("4 of 4 sequences are fitted"), "{text}");
+    assert_eq!(clips.iter().map(written).collect::<Vec<_>>(), before);
+    // Nothing is missing and nothing is left over.
+    assert!(contents(&out) == whole, "{:?}", contents(&out).keys());
+}
+
 #[test]
 fn an_amass_like_file_is_simulated_at_60_hz() {
     let folder = tempfile::tempdir().unwrap();
