@@ -180,7 +180,11 @@ impl Rig {
 
     /// World rotations of [`Self::bones`] in which the avatar stands as the body does: the way back from
     /// [`Self::pose`]. Bones between two joints take the turn of the joint nearest to them.
-    pub fn world_rotations(&self, pose: &Pose) -> Vec<DQuat> {
+    ///
+    /// Exact for every pose that [`Self::pose`] gives. A pose whose three spine joints turn as two bones
+    /// cannot keeps the turns of all other joints and the direction from its lowest spine joint to its
+    /// chest; with one bone the chest's turn alone.
+    pub fn world_rotations(&self, pose: &Pose, body_joints_m: &[Vec3; JOINT_COUNT]) -> Vec<DQuat> {
         let mut rotation = [DQuat::IDENTITY; JOINT_COUNT];
         let mut since_bind = vec![None; self.bones.len()];
         for joint in Joint::ALL {
@@ -199,12 +203,54 @@ impl Rig {
                 _ => {}
             }
         }
+        self.land_chest(&rotation, body_joints_m, &mut since_bind);
         let bones = self.bones.iter().zip(since_bind);
         bones
             .map(|(bone, turn)| turn.unwrap_or(DQuat::IDENTITY) * bone.bind)
             .collect()
     }
+
+    /// Swings the lower of two spine bones until the chest lies in the direction in which the pose has it.
+    ///
+    /// The middle of the three joints then turns between both bones, whatever the pose has. Left alone that
+    /// would move the chest, and neck, head and arms with it.
+    fn land_chest(
+        &self,
+        rotation: &[DQuat; JOINT_COUNT],
+        body_joints_m: &[Vec3; JOINT_COUNT],
+        since_bind: &mut [Option<DQuat>],
+    ) {
+        let [spine1, spine2, spine3] =
+            [Joint::Spine1, Joint::Spine2, Joint::Spine3].map(|joint| joint as usize);
+        let (Turned::By(low), Turned::Between(from, to, share)) =
+            (self.joints[spine1], self.joints[spine2])
+        else {
+            return;
+        };
+        let turn = |bone: u8| since_bind.get(usize::from(bone)).copied().flatten();
+        let (Some(mut low_turn), Some(high_turn), true) = (turn(low), turn(to), from == low) else {
+            return;
+        };
+        let way = |from: usize, to: usize| (body_joints_m[to] - body_joints_m[from]).as_dvec3();
+        let (lower, upper) = (way(spine1, spine2), way(spine2, spine3));
+        let wanted = rotation[spine1] * lower + rotation[spine2] * upper;
+        for _ in 0..LANDING_ROUNDS {
+            let middle_turn = low_turn.slerp(high_turn, f64::from(share));
+            let found =
+                low_turn * self.turns[spine1] * lower + middle_turn * self.turns[spine2] * upper;
+            let (Some(found), Some(wanted)) = (found.try_normalize(), wanted.try_normalize())
+            else {
+                return;
+            };
+            low_turn = (DQuat::from_rotation_arc(found, wanted) * low_turn).normalize();
+        }
+        since_bind[usize::from(low)] = Some(low_turn);
+    }
 }
+
+/// Rounds in which the chest is brought to its direction. Each leaves a quarter of the way, as the middle
+/// joint follows the lower bone by half.
+const LANDING_ROUNDS: usize = 16;
 
 /// Where the pelvis rests, and the way from there to the middle between the hips, metres.
 fn hips_of(body_joints_m: &[Vec3; JOINT_COUNT]) -> (DVec3, DVec3) {

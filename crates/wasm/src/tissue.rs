@@ -236,9 +236,11 @@ impl CoreTissue {
     /// # Errors
     /// Throws `argument` for another length.
     #[wasm_bindgen(js_name = rotationsOf)]
-    pub fn rotations_of(&self, pose: &[f64]) -> Result<Vec<f64>, JsValue> {
+    pub fn rotations_of(&self, avatar: &CoreAvatar, pose: &[f64]) -> Result<Vec<f64>, JsValue> {
         let pose = pose::from_numbers(pose)?;
-        let rotations = self.player.binding().rig.world_rotations(&pose);
+        let avatar = avatar.avatar.borrow();
+        let rig = &self.player.binding().rig;
+        let rotations = rig.world_rotations(&pose, avatar.joints_rest_m());
         Ok(rotations.iter().flat_map(|turn| turn.to_array()).collect())
     }
 

@@ -21,13 +21,18 @@ pub fn body(name: &str) -> BodyModel {
 
 /// Avatars of other people; none where the folder is not there.
 pub fn shared_avatar(name: &str) -> Option<Vec<u8>> {
+    shared_file(&format!("avatars/{name}"))
+}
+
+/// A file beside the repository; none where it is not there.
+pub fn shared_file(name: &str) -> Option<Vec<u8>> {
     let mut folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     while folder.pop() {
-        if let Ok(bytes) = std::fs::read(folder.join("shared/avatars").join(name)) {
+        if let Ok(bytes) = std::fs::read(folder.join("shared").join(name)) {
             return Some(bytes);
         }
     }
-    println!("skipped: shared/avatars/{name} is not there");
+    println!("skipped: shared/{name} is not there");
     None
 }
 

@@ -245,7 +245,7 @@ export abstract class TissueDriver<Mesh extends object> {
     const raw = this.#alive;
     checkLength("pose", pose, POSE_LENGTH);
     const numbers = Float64Array.from(pose);
-    const rotations = this.#core.guard(() => raw.rotationsOf(numbers));
+    const rotations = this.#core.guard(() => raw.rotationsOf(this.avatar.raw, numbers));
     for (let bone = 0; 4 * bone < rotations.length; bone += 1) {
       this.#rig.turnBone(bone, rotations, 4 * bone);
     }
