@@ -24,6 +24,15 @@ const SURE_IN_COMMON: f32 = 0.5;
 const SURE_COSINE: f32 = 0.3;
 const SURE_M: f32 = 0.05;
 
+/// A way to the body that differs more than this from those around it is not sure, metres.
+const STRAY_M: f32 = 0.006;
+/// Steps from the closest place to the one straight below a point, at most.
+const SLIDES: usize = 6;
+/// Nearer than this to straight below is straight below, metres.
+const LEAST_SLIDE_M: f32 = 2e-4;
+/// The place below is at most this many times as far away as the closest one.
+const MOST_SLIDE: f32 = 1.5;
+
 /// The place of the body that moves a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Link {
@@ -59,9 +68,34 @@ impl<'a> Places<'a> {
 
     /// The place of every welded vertex; none for what stays still.
     pub fn links(&self, skin: &Skin) -> Vec<Option<Link>> {
-        (0..skin.len())
+        let mut links: Vec<Option<Link>> = (0..skin.len())
             .map(|vertex| self.link(skin, vertex))
-            .collect()
+            .collect();
+        let strays: Vec<usize> = (0..skin.len())
+            .filter(|vertex| self.is_stray(skin, &links, *vertex))
+            .collect();
+        for vertex in strays {
+            if let Some(link) = &mut links[vertex] {
+                link.is_sure = false;
+            }
+        }
+        links
+    }
+
+    /// Whether the way from a vertex to its place is none of those around it: in a narrow fold the other
+    /// side may be nearer.
+    fn is_stray(&self, skin: &Skin, links: &[Option<Link>], vertex: usize) -> bool {
+        let way = |vertex: usize| {
+            let link = links[vertex].filter(|link| link.is_sure)?;
+            Some(self.position_m(&link.at) - skin.positions_m[vertex])
+        };
+        let Some(own) = way(vertex) else {
+            return false;
+        };
+        let around = skin.around(vertex).iter();
+        let around: Vec<Vec3> = around.filter_map(|other| way(*other as usize)).collect();
+        let mean = around.iter().sum::<Vec3>() / around.len().max(1) as f32;
+        around.len() >= 3 && own.distance(mean) > STRAY_M
     }
 
     fn link(&self, skin: &Skin, vertex: usize) -> Option<Link> {
@@ -71,6 +105,7 @@ impl<'a> Places<'a> {
         }
         let normal = skin.normals[vertex];
         let at = self.closest(skin.positions_m[vertex], parts, Some(normal))?;
+        let at = self.below(skin.positions_m[vertex], parts, normal, at);
         let cosine = at.mix(&self.normals).normalize_or_zero().dot(normal);
         let is_sure = self.in_common(&at, parts) >= SURE_IN_COMMON
             && cosine >= SURE_COSINE
@@ -81,6 +116,46 @@ impl<'a> Places<'a> {
             strength: strength(self.bare_distance_m(skin.positions_m[vertex], &at)),
             is_sure,
         })
+    }
+
+    /// The place from which a point stands straight up, near the closest one.
+    ///
+    /// Above a fold (armpit, crotch, under a breast) the closest place lies on one of its sides, millimetres
+    /// from the fold that the point covers. The normals between vertices turn smoothly over it.
+    fn below(
+        &self,
+        position_m: Vec3,
+        parts: &PartWeights,
+        normal: Vec3,
+        closest: SurfacePoint,
+    ) -> SurfacePoint {
+        // Where the point's foot would be, and how far that is from the place.
+        let foot = |at: &SurfacePoint| {
+            let (place_m, up) = (
+                self.position_m(at),
+                at.mix(&self.normals).normalize_or_zero(),
+            );
+            let foot_m = position_m - up * (position_m - place_m).dot(up);
+            (foot_m, foot_m.distance(place_m))
+        };
+        let most_m = closest.distance_m * MOST_SLIDE;
+        let mut at = closest;
+        let (mut foot_m, mut miss_m) = foot(&at);
+        for _ in 0..SLIDES {
+            if miss_m < LEAST_SLIDE_M {
+                break;
+            }
+            let Some(mut next) = self.closest(foot_m, parts, Some(normal)) else {
+                break;
+            };
+            next.distance_m = self.position_m(&next).distance(position_m);
+            let (next_foot_m, next_miss_m) = foot(&next);
+            if next_miss_m >= miss_m || next.distance_m > most_m {
+                break;
+            }
+            (at, foot_m, miss_m) = (next, next_foot_m, next_miss_m);
+        }
+        at
     }
 
     /// The place closest to a point, of the same parts and facing the same way where it can be.

@@ -11,6 +11,8 @@ const SMOOTHING_ROUNDS: usize = 3;
 const SMOOTHING: f32 = 0.5;
 /// Nearer than this to the body a row stays as it is, farther than that it mixes most, metres.
 const SMOOTHED_M: (f32, f32) = (0.005, 0.03);
+/// Sure rows mix over this distance and no farther, however long edges are, metres.
+const REACH_M: f32 = 0.015;
 /// Weights below this are none: the step in which they are stored.
 pub const WEIGHT_STEP: f32 = 1.0 / 255.0;
 
@@ -84,15 +86,20 @@ fn smoothed(skin: &Skin, links: &[Option<Link>], rows: &[Row]) -> Vec<Row> {
         let Some(link) = &links[vertex] else {
             return own.clone();
         };
+        let around = skin.around(vertex).iter().map(|other| *other as usize);
+        let around: Vec<usize> = around.filter(|other| links[*other].is_some()).collect();
         let near = (link.distance_m - SMOOTHED_M.0) / (SMOOTHED_M.1 - SMOOTHED_M.0);
+        let edges_m = around
+            .iter()
+            .map(|other| skin.positions_m[vertex].distance(skin.positions_m[*other]));
+        let edge_m = edges_m.sum::<f32>() / around.len().max(1) as f32;
+        let reach = (REACH_M / edge_m.max(f32::MIN_POSITIVE)).powi(2).min(1.0);
         let share = SMOOTHING
             * if link.is_sure {
-                near.clamp(0.0, 1.0)
+                near.clamp(0.0, 1.0) * reach
             } else {
                 1.0
             };
-        let around = skin.around(vertex).iter().map(|other| *other as usize);
-        let around: Vec<usize> = around.filter(|other| links[*other].is_some()).collect();
         if share <= 0.0 || around.is_empty() {
             return own.clone();
         }
