@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use dynaskin_motion::{Drive, LengthUnit, Mapping, SourceMotion, find_named};
 use dynaskin_skeleton::{JOINT_COUNT, Joint};
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use crate::BindError;
 use crate::avatar::Avatar;
@@ -13,6 +13,16 @@ use crate::nameless;
 
 /// The most that a trunk may lean where an avatar rests.
 const MOST_LEAN_DEGREES: f64 = 40.0;
+/// A person who leans more than this from the ankles to the shoulders was saved with a turned pelvis.
+const UPRIGHT_DEGREES: f64 = 5.0;
+/// Farther than this from the origin, single precision rounds skin by more than a thousandth of a millimetre.
+const NEAR_ORIGIN_M: f64 = 10.0;
+/// Legs longer than this in the file's unit are in no unit that people measure in, and are no person's.
+const LONGEST_LEG: f64 = 1.4;
+/// Flatter than this a bone is flattened to nothing.
+const LEAST_FLATNESS: f64 = 1e-4;
+/// What such a leg is taken for, metres.
+const USUAL_LEG_M: f64 = 0.8;
 
 /// The person in an avatar's skeleton.
 #[derive(Clone, Debug)]
@@ -25,6 +35,10 @@ pub struct Bones {
     pub joint_of_node: Vec<Option<Joint>>,
     /// Where the nodes rest: metres, +Y up.
     pub bind: BindPose,
+    /// The node that turns the pelvis.
+    pub pelvis: usize,
+    /// Whether the file's unit tells how tall the person is.
+    pub knows_stature: bool,
     /// What was found other than usual.
     pub notes: Vec<String>,
 }
@@ -61,6 +75,8 @@ impl Bones {
         bones.notes.extend(notes);
         bones.take_metres();
         bones.check_upright()?;
+        bones.stand_up();
+        bones.come_near();
         Ok(bones)
     }
 
@@ -102,6 +118,8 @@ impl Bones {
             places_m,
             joint_of_node,
             bind,
+            pelvis: skeleton.node(first_joint(mapping)),
+            knows_stature: true,
             notes: Vec::new(),
         }
     }
@@ -136,8 +154,8 @@ impl Bones {
         .all(|(ankle, foot)| points_back(ankle, foot) == Some(true))
     }
 
-    /// The leg from hip to knee to ankle.
-    fn leg(&self) -> f64 {
+    /// The leg from hip to knee to ankle, metres.
+    pub fn leg(&self) -> f64 {
         let [hip, knee, ankle] = [Joint::LeftHip, Joint::LeftKnee, Joint::LeftAnkle]
             .map(|joint| self.place_m(joint).unwrap_or_default());
         hip.distance(knee) + knee.distance(ankle)
@@ -145,39 +163,113 @@ impl Bones {
 
     /// Scales files in centimetres and the like to metres.
     fn take_metres(&mut self) {
-        let metres = match LengthUnit::of_leg(self.leg()) {
+        let leg = self.leg();
+        let unit = LengthUnit::of_leg(leg);
+        let metres = match unit {
             LengthUnit::Inch => 0.0254,
             LengthUnit::Centimetre => 0.01,
             LengthUnit::Millimetre => 0.001,
+            // Shorter legs may be those of somebody small, whose stature counts.
+            LengthUnit::Other if leg > LONGEST_LEG && leg.is_finite() => USUAL_LEG_M / leg,
             _ => return,
         };
-        let unit = LengthUnit::of_leg(self.leg()).name();
-        self.notes
-            .push(format!("the file seems to be in {unit}: taken as such"));
-        let scale = DAffine3::from_scale(DVec3::splat(metres));
-        for world in &mut self.bind.world_from_node {
-            *world = scale * *world;
-        }
+        self.notes.push(match unit {
+            LengthUnit::Other => format!(
+                "legs of {leg:.1} are in no known unit: taken as {USUAL_LEG_M} m, which says nothing of \
+                 the stature"
+            ),
+            unit => format!("the file seems to be in {}: taken as such", unit.name()),
+        });
+        self.move_all(DAffine3::from_scale(DVec3::splat(metres)));
         self.bind.metres_per_unit = metres;
-        self.places_m = self.places_m.map(|place| place.map(|place| metres * place));
+        self.knows_stature = unit != LengthUnit::Other;
+    }
+
+    /// Moves everything, as it rests.
+    fn move_all(&mut self, by: DAffine3) {
+        for world in &mut self.bind.world_from_node {
+            *world = by * *world;
+        }
+        self.places_m = self
+            .places_m
+            .map(|place| place.map(|place| by.transform_point3(place)));
+    }
+
+    /// Sets upright who was saved with a turned pelvis. The skin hangs on the pelvis as it was bound, so
+    /// that legs and trunk lean alike.
+    fn stand_up(&mut self) {
+        let (Some(ankles), Some(shoulders), Some(pelvis)) = (
+            self.middle_m(Joint::LeftAnkle),
+            self.middle_m(Joint::LeftShoulder),
+            self.place_m(Joint::Pelvis),
+        ) else {
+            return;
+        };
+        let Some(up) = (shoulders - ankles).try_normalize() else {
+            return;
+        };
+        let lean_degrees = up.angle_between(DVec3::Y).to_degrees();
+        if lean_degrees <= UPRIGHT_DEGREES {
+            return;
+        }
+        self.notes.push(format!(
+            "the file's pelvis leans by {lean_degrees:.0} degrees: taken as upright"
+        ));
+        let turn = DAffine3::from_quat(DQuat::from_rotation_arc(up, DVec3::Y));
+        let about = DAffine3::from_translation(pelvis);
+        self.move_all(about * turn * about.inverse());
+    }
+
+    /// Brings who stands far away to the origin.
+    fn come_near(&mut self) {
+        let place_m = self.place_m(Joint::Pelvis).unwrap_or_default();
+        if place_m.length() > NEAR_ORIGIN_M {
+            self.move_all(DAffine3::from_translation(-place_m));
+        }
+    }
+
+    /// The middle between a joint of the left and its twin, metres.
+    fn middle_m(&self, left: Joint) -> Option<DVec3> {
+        Some(0.5 * (self.place_m(left)? + self.place_m(left.mirrored())?))
     }
 
     fn check_upright(&self) -> Result<(), BindError> {
-        let middle = |left: Joint| {
-            let (left, right) = (self.place_m(left)?, self.place_m(left.mirrored())?);
-            Some(0.5 * (left + right))
-        };
-        let (Some(hips), Some(shoulders)) = (middle(Joint::LeftHip), middle(Joint::LeftShoulder))
-        else {
+        let (Some(hips), Some(shoulders)) = (
+            self.middle_m(Joint::LeftHip),
+            self.middle_m(Joint::LeftShoulder),
+        ) else {
             return Ok(());
         };
-        let lean_degrees = (shoulders - hips).angle_between(DVec3::Y).to_degrees();
+        let pelvis = self
+            .bind
+            .world_from_node
+            .get(self.pelvis)
+            .map_or(0.0, |world| flatness(world.matrix3));
+        if !matches!(pelvis, LEAST_FLATNESS..) {
+            return Err(BindError::NoFit(
+                "its pelvis is scaled to nothing in some direction",
+            ));
+        }
+        let Some(up) = (shoulders - hips).try_normalize() else {
+            return Err(BindError::NoFit(
+                "as it was bound, its joints stand at one place: export the avatar with its inverse \
+                 bind matrices",
+            ));
+        };
+        let lean_degrees = up.angle_between(DVec3::Y).to_degrees();
         if lean_degrees <= MOST_LEAN_DEGREES {
             Ok(())
         } else {
             Err(BindError::NotUpright { lean_degrees })
         }
     }
+}
+
+/// The volume that a matrix makes of a cube, over the cube of its longest edge.
+fn flatness(matrix: DMat3) -> f64 {
+    let edges = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+    let longest = edges.into_iter().fold(0.0, f64::max);
+    (matrix.determinant() / longest.powi(3)).abs()
 }
 
 /// The joint of the skeleton that turns the pelvis.

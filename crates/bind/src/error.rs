@@ -118,6 +118,9 @@ fn unskinned(meshes: usize) -> String {
     }
 }
 
+/// Nobody is smaller: the file is in another unit, metres.
+const LEAST_PERSON_M: f64 = 0.3;
+
 /// Which proportions are not those of an adult.
 fn why(found: &Proportions) -> String {
     let mut reasons = Vec::new();
@@ -137,8 +140,13 @@ fn why(found: &Proportions) -> String {
         .stature_m
         .filter(|stature_m| *stature_m < LEAST_STATURE_M)
     {
+        let unit = if stature_m < LEAST_PERSON_M {
+            ", and a file's unit is the metre"
+        } else {
+            ""
+        };
         reasons.push(format!(
-            "it is {stature_m:.2} m tall (at least {LEAST_STATURE_M} m for adults)"
+            "it is {stature_m:.2} m tall (at least {LEAST_STATURE_M} m for adults{unit})"
         ));
     }
     if reasons.is_empty() {

@@ -66,7 +66,12 @@ pub(crate) fn person(avatar: &Avatar, options: &BindOptions) -> Result<Person, B
     avatar.check()?;
     let bones = Bones::find(avatar, &options.bones)?;
     let skin = Skin::new(avatar, &bones)?;
-    let largest: Vec<Option<Part>> = skin.parts.iter().map(|parts| parts.largest()).collect();
+    // Vertices without faces are not seen, and may lie anywhere.
+    let mut largest: Vec<Option<Part>> = vec![None; skin.len()];
+    for corner in skin.faces.iter().flatten() {
+        let corner = *corner as usize;
+        largest[corner] = skin.parts[corner].largest();
+    }
     let proportions = proportions::measured(&bones, &skin.positions_m, &largest);
     proportions::check(&proportions)?;
     Ok(Person {

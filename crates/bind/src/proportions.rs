@@ -50,7 +50,7 @@ pub(crate) fn measured(bones: &Bones, positions_m: &[Vec3], parts: &[Option<Part
     Proportions {
         crown_to_shoulder: (crown - height(Joint::LeftShoulder)) / stature,
         hip_height: (height(Joint::LeftHip) - sole) / stature,
-        stature_m: (stature < TALLEST_M).then_some(stature),
+        stature_m: (bones.knows_stature && stature < TALLEST_M).then_some(stature),
     }
 }
 

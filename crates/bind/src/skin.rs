@@ -1,7 +1,7 @@
 //! An avatar's skin in one piece: vertices of all meshes in the bind pose, welded where they coincide.
 
 use dynaskin_body::vertex_normals;
-use glam::{IVec3, Vec3};
+use glam::{DVec3, IVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::BindError;
@@ -15,8 +15,8 @@ const WELD_M: f32 = 2e-4;
 const CELL_M: f32 = 2.0 * WELD_M;
 /// Farther away than this nothing of an avatar lies, metres.
 const MOST_EXTENT_M: f32 = 1e4;
-/// Less surface than this is none, square metres.
-const LEAST_AREA_M2: f64 = 1e-2;
+/// Less surface than this is none, of a square whose edge is a leg.
+const LEAST_AREA: f64 = 1e-2;
 
 /// Welded vertices and the surface between them.
 #[derive(Clone, Debug)]
@@ -91,15 +91,37 @@ impl Skin {
             .iter()
             .map(|face| f64::from(area_m2(&skin.positions_m, face)))
             .sum();
-        if !matches!(total_m2, LEAST_AREA_M2..) {
+        let least_m2 = LEAST_AREA * bones.leg().powi(2);
+        // Written so that what is not a number is no surface.
+        let has_surface = total_m2 > 0.0 && total_m2 >= least_m2;
+        if !has_surface {
             return Err(BindError::NoSurface {
                 faces: declared,
                 area_m2: total_m2,
             });
         }
+        if skin.encloses_outside() {
+            skin.faces.iter_mut().for_each(|face| face.swap(1, 2));
+        }
         skin.normals = vertex_normals(&skin.positions_m, &skin.faces);
         (skin.starts, skin.around) = neighbours(count, &skin.faces);
         Ok(skin)
+    }
+
+    /// Whether triangles look inwards, as those of mirrored files and of some exporters do.
+    fn encloses_outside(&self) -> bool {
+        let middle_m = self
+            .positions_m
+            .iter()
+            .map(|at| at.as_dvec3())
+            .sum::<DVec3>()
+            / self.positions_m.len().max(1) as f64;
+        let volume_m3 = |face: &[u32; 3]| {
+            let [a, b, c] =
+                face.map(|corner| self.positions_m[corner as usize].as_dvec3() - middle_m);
+            a.cross(b).dot(c) / 6.0
+        };
+        self.faces.iter().map(volume_m3).sum::<f64>() < 0.0
     }
 
     /// Number of welded vertices.
