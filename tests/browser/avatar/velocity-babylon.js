@@ -53,13 +53,15 @@ export async function compare(way, webgpu) {
     scene.render();
     engine.endFrame();
   };
+  let binding;
   return compareVelocity(
     {
       async play(model, how, motionVectors) {
         if (how === "DynaSkin") {
           return new DynaSkin(model.createAvatar(), mesh, { motionVectors });
         }
-        const binding = await bindAvatar(model, root, { depicts: "adult", worker: false });
+        // As it was loaded, before it is posed.
+        binding ??= await bindAvatar(model, root, { depicts: "adult", worker: false });
         return new AvatarTissue(model, root, binding, { write: how, motionVectors });
       },
       async draw() {

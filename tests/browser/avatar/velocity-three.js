@@ -26,13 +26,15 @@ export async function compare(way) {
   scene.add(root);
   const mesh = root.getObjectByProperty("isSkinnedMesh", true);
   const point = new THREE.Vector3();
+  let binding;
   return compareVelocity(
     {
       async play(model, how, motionVectors) {
         if (how === "DynaSkin") {
           return new DynaSkin(model.createAvatar(), root, { motionVectors });
         }
-        const binding = await bindAvatar(model, root, { depicts: "adult", worker: false });
+        // As it was loaded, before it is posed.
+        binding ??= await bindAvatar(model, root, { depicts: "adult", worker: false });
         return new AvatarTissue(model, root, binding, { motionVectors });
       },
       async draw() {

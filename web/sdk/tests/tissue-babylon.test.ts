@@ -70,7 +70,7 @@ describe("AvatarTissue in Babylon.js", () => {
   it("finds the body, as three.js does", async () => {
     expect(binding.report.shareClose).toBeGreaterThan(0.98);
     expect(binding.report.missing).toEqual([]);
-    const { buffer } = readModelFile("body.glb");
+    const { buffer } = quantised(readModelFile("body.glb"));
     const { scene } = await new GLTFLoader().parseAsync(buffer as ArrayBuffer, "");
     const inThree = await bindInThree(model, scene, ADULT);
     expect(inThree.report.bones).toEqual(binding.report.bones);

@@ -68,7 +68,8 @@ export interface ShadingLanguage<Context> {
   attribute(name: string, type: "vec3"): unknown;
   // biome-ignore lint/suspicious/noExplicitAny: three's types of nodes differ from version to version.
   overrideNode(node: any, callback: any): Context;
-  OnBeforeObjectUpdate(callback: (frame: never) => void): unknown;
+  // biome-ignore lint/suspicious/noExplicitAny: likewise.
+  OnBeforeObjectUpdate(callback: (frame: any) => void): unknown;
   positionGeometry: unknown;
   positionLocal: unknown;
   positionPrevious: unknown;
