@@ -16,8 +16,12 @@ const IMPORTS = {
   "three/addons/": "/node_modules/three/examples/jsm/",
 };
 
-/** Opens an empty page that finds engines and the package by name; gives the list of its errors. */
-export async function openModules(page: Page, name: string): Promise<string[]> {
+/** Opens an empty page that finds engines and the package by name; gives the list of its errors. `others` replaces modules. */
+export async function openModules(
+  page: Page,
+  name: string,
+  others: Readonly<Record<string, string>> = {},
+): Promise<string[]> {
   const problems: string[] = [];
   page.on("pageerror", (error) => problems.push(error.message));
   page.on("console", (message) => {
@@ -30,7 +34,7 @@ export async function openModules(page: Page, name: string): Promise<string[]> {
     route.fulfill({
       contentType: "text/html",
       body: `<!doctype html><title>${name}</title><link rel="icon" href="data:,">
-        <script type="importmap">${JSON.stringify({ imports: IMPORTS })}</script>`,
+        <script type="importmap">${JSON.stringify({ imports: { ...IMPORTS, ...others } })}</script>`,
     }),
   );
   await page.goto(`${REPOSITORY_URL}/${name}`);

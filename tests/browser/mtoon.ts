@@ -16,7 +16,9 @@ interface MToon {
 
 /** Surfaces and outlines of MToon take the tissue, in every way of writing that the renderer has. */
 export async function expectMToon(page: Page, webgpu: boolean): Promise<void> {
-  const problems = await openModules(page, "mtoon");
+  const problems = await openModules(page, "mtoon", {
+    "three/tsl": "/tests/browser/avatar/tsl-of-mtoon.js",
+  });
   const found = (await page.evaluate(
     async (gpu) =>
       (await import(`${location.origin}/tests/browser/avatar/mtoon.js`)).compareMToon(gpu),
