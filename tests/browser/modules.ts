@@ -9,6 +9,7 @@ const IMPORTS = {
   "@pixiv/three-vrm-materials-mtoon/nodes": `${MTOON}/nodes/index.module.js`,
   dynaskin: "/web/sdk/dist/index.js",
   "dynaskin/babylon": "/web/sdk/dist/babylon/index.js",
+  "dynaskin/renderer": "/web/sdk/dist/renderer.js",
   "dynaskin/three": "/web/sdk/dist/three/index.js",
   three: "/node_modules/three/build/three.module.js",
   "three/tsl": "/node_modules/three/build/three.tsl.js",

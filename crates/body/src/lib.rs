@@ -9,6 +9,7 @@
 //! A joint's rest frame is aligned with the model's axes. The model's origin lies on the floor
 //! under the pelvis, so a shape at zero pose and zero translation stands on y = 0.
 
+mod correctives;
 mod error;
 mod figure;
 mod glb;
@@ -23,7 +24,8 @@ mod skinning;
 #[cfg(feature = "smpl")]
 mod smpl;
 
-pub use dynaskin_skeleton::{JOINT_COUNT, Joint, Pose, WorldJoints};
+pub use correctives::PoseCorrectives;
+pub use dynaskin_skeleton::{JOINT_COUNT, Joint, Pose, Skinning, WorldJoints};
 pub use error::BodyError;
 pub use figure::{Figure, FigureError, Figures, LARGEST_DISTANCE, LEAST_STATURE_M, Trait};
 pub use glb::{POSITION_STEP_M, THICKNESS_STEP_M};

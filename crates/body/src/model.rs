@@ -1,7 +1,8 @@
 //! The body model's data and the equations that turn shape coefficients into a rest surface.
 
-use glam::{DMat3, Vec3};
+use glam::Vec3;
 
+use crate::correctives::factors;
 use crate::{JOINT_COUNT, Joint, Pose, REGION_COUNT};
 
 /// Number of shape coefficients β.
@@ -196,23 +197,15 @@ impl BodyModel {
     /// Adds SMPL's pose correctives to rest positions (metres); nothing where the model has none.
     ///
     /// Eq. 3 of Casas & Otaduy 2018: each entry of `R - I` of every joint but the pelvis scales
-    /// one displacement field.
+    /// one displacement field. For every frame of an avatar there is [`crate::PoseCorrectives`].
     pub fn add_pose_correctives(&self, pose: &Pose, rest_m: &mut [Vec3]) {
-        for (row, dirs) in self.pose_dirs_m.iter().enumerate() {
-            let (joint, entry) = (1 + row / 9, row % 9);
-            let Some(&rotation) = pose.parent_from_joint.get(joint) else {
-                break;
-            };
-            let identity = if entry.is_multiple_of(4) { 1.0 } else { 0.0 };
-            // Rows of R are numbered first; glam keeps columns.
-            let matrix = DMat3::from_quat(rotation);
-            let factor = (matrix.col(entry % 3)[entry / 3] - identity) as f32;
+        // As flat numbers, of which several are worked on at once.
+        let numbers_m: &mut [f32] = bytemuck::cast_slice_mut(rest_m);
+        for (factor, dirs) in factors(pose).flatten().zip(&self.pose_dirs_m) {
             // A joint that does not turn corrects nothing.
             if factor == 0.0 {
                 continue;
             }
-            // As flat numbers, of which several are worked on at once.
-            let numbers_m: &mut [f32] = bytemuck::cast_slice_mut(rest_m);
             let dirs: &[f32] = bytemuck::cast_slice(dirs);
             for (number, dir) in numbers_m.iter_mut().zip(dirs) {
                 *number += factor * dir;

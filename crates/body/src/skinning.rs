@@ -4,9 +4,10 @@
 //! the world, per vertex. Unposing inverts the map of each vertex, so an offset measured in the
 //! world becomes an offset in the rest pose.
 
-use glam::{Affine3A, DMat3, DVec3, Mat3A, Quat, Vec3, Vec3A};
+use dynaskin_skeleton::DualQuat;
+use glam::{Affine3A, DMat3, DVec3, Mat3A, Vec3, Vec3A};
 
-use crate::{JOINT_COUNT, Pose, SkinWeights};
+use crate::{JOINT_COUNT, Pose, SkinWeights, Skinning};
 
 /// World-from-rest transform of every joint, for one shape and one pose.
 #[derive(Clone, Debug)]
@@ -102,22 +103,42 @@ pub fn skin_linear(
     }
 }
 
-/// As [`skin_linear`], of positions and unit normals in one pass: `rest` into `skinned`, each
-/// `[vertex]`; where the slices differ in length, as many as the shortest has.
+/// Skins positions and unit normals in one pass: `rest` into `skinned`, each `[vertex]`; where the slices
+/// differ in length, as many as the shortest has.
 ///
 /// Normals take the blended matrix itself, not its inverse transpose: it is a scaled rotation but for
-/// a shear where joints disagree.
+/// a shear where joints disagree in linear skinning.
 pub fn skin_surface(
+    skinning: Skinning,
     weights: &[SkinWeights],
     matrices: &SkinMatrices,
     rest: (&[Vec3], &[Vec3]),
     skinned: (&mut [Vec3], &mut [Vec3]),
 ) {
+    match skinning {
+        Skinning::Linear => {
+            skin_each(weights, rest, skinned, |weights| matrices.blended(weights));
+        }
+        Skinning::DualQuaternion => {
+            let joints = dual_quats(matrices);
+            skin_each(weights, rest, skinned, |weights| {
+                blended_dual_quat(&joints, weights).to_affine()
+            });
+        }
+    }
+}
+
+fn skin_each(
+    weights: &[SkinWeights],
+    rest: (&[Vec3], &[Vec3]),
+    skinned: (&mut [Vec3], &mut [Vec3]),
+    world_from_rest: impl Fn(&SkinWeights) -> Affine3A,
+) {
     let sources = weights.iter().zip(rest.0.iter().zip(rest.1));
     let targets = skinned.0.iter_mut().zip(skinned.1);
     for ((weights, (position, normal)), (skinned_position, skinned_normal)) in sources.zip(targets)
     {
-        let world_from_rest = matrices.blended(weights);
+        let world_from_rest = world_from_rest(weights);
         *skinned_position = world_from_rest.transform_point3(*position);
         *skinned_normal = world_from_rest
             .transform_vector3(*normal)
@@ -143,61 +164,22 @@ pub fn unpose_linear(
     }
 }
 
-/// A rigid motion as a unit dual quaternion.
-#[derive(Clone, Copy)]
-struct DualQuat {
-    real: Quat,
-    dual: Quat,
+fn dual_quats(matrices: &SkinMatrices) -> [DualQuat; JOINT_COUNT] {
+    matrices
+        .world_from_rest
+        .each_ref()
+        .map(DualQuat::from_affine)
 }
 
-impl DualQuat {
-    fn from_affine(affine: &Affine3A) -> Self {
-        let real = Quat::from_mat3a(&affine.matrix3).normalize();
-        let t = affine.translation * 0.5;
-        Self {
-            real,
-            dual: Quat::from_xyzw(t.x, t.y, t.z, 0.0) * real,
-        }
-    }
-
-    fn rotation_translation(self) -> (Quat, Vec3) {
-        let translation = (self.dual * self.real.conjugate()) * 2.0;
-        (
-            self.real,
-            Vec3::new(translation.x, translation.y, translation.z),
-        )
-    }
-}
-
-fn blended_dual_quats(matrices: &SkinMatrices) -> [DualQuat; JOINT_COUNT] {
-    std::array::from_fn(|joint| DualQuat::from_affine(&matrices.world_from_rest[joint]))
-}
-
-fn blend_dual_quats(joints: &[DualQuat; JOINT_COUNT], skin: &SkinWeights) -> (Quat, Vec3) {
-    let pivot = joints[skin.joints[0] as usize].real;
-    let mut real = Quat::from_xyzw(0.0, 0.0, 0.0, 0.0);
-    let mut dual = real;
-    for (&joint, &weight) in skin.joints.iter().zip(&skin.weights) {
-        let dq = joints[joint as usize];
-        // q and -q are the same rotation: blend on the pivot's side.
-        let weight = if dq.real.dot(pivot) < 0.0 {
-            -weight
-        } else {
-            weight
-        };
-        real += dq.real * weight;
-        dual += dq.dual * weight;
-    }
-    let inverse_length = real.length().recip();
-    DualQuat {
-        real: real * inverse_length,
-        dual: dual * inverse_length,
-    }
-    .rotation_translation()
+/// The blended motion of one vertex. The first joint weighs most, so it has a weight.
+#[inline]
+fn blended_dual_quat(joints: &[DualQuat; JOINT_COUNT], skin: &SkinWeights) -> DualQuat {
+    let weighted = skin.joints.iter().zip(&skin.weights);
+    DualQuat::blend(weighted.map(|(&joint, &weight)| (&joints[usize::from(joint)], weight)))
 }
 
 /// Dual-quaternion skinning (Kavan et al. 2008): rigid per vertex, so elbows and wrists keep
-/// their volume when twisted.
+/// their volume when twisted. A uniform scale of the matrices comes first.
 ///
 /// # Panics
 /// When the slices differ in length.
@@ -208,10 +190,11 @@ pub fn skin_dual_quaternion(
     world_m: &mut [Vec3],
 ) {
     assert!(rest_m.len() == skin.len() && rest_m.len() == world_m.len());
-    let joints = blended_dual_quats(matrices);
+    let joints = dual_quats(matrices);
     for ((rest, skin), world) in rest_m.iter().zip(skin).zip(world_m) {
-        let (rotation, translation) = blend_dual_quats(&joints, skin);
-        *world = rotation * *rest + translation;
+        *world = blended_dual_quat(&joints, skin)
+            .to_affine()
+            .transform_point3(*rest);
     }
 }
 
@@ -226,9 +209,9 @@ pub fn unpose_dual_quaternion(
     rest_m: &mut [Vec3],
 ) {
     assert!(world_m.len() == skin.len() && world_m.len() == rest_m.len());
-    let joints = blended_dual_quats(matrices);
+    let joints = dual_quats(matrices);
     for ((world, skin), rest) in world_m.iter().zip(skin).zip(rest_m) {
-        let (rotation, translation) = blend_dual_quats(&joints, skin);
-        *rest = rotation.conjugate() * (*world - translation);
+        let motion = blended_dual_quat(&joints, skin);
+        *rest = motion.real.conjugate() * (*world - motion.translation_m()) / motion.scale;
     }
 }

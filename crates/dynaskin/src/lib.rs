@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 pub use dynaskin_body::{
     BodyError, BodyModel, JOINT_COUNT, Joint, Materials, Pose, REGION_COUNT, Region, SHAPE_COUNT,
-    ShapedBody, SkinWeights, WorldJoints,
+    ShapedBody, SkinWeights, Skinning, WorldJoints,
 };
 pub use dynaskin_runtime::{
     Avatar, Bundle, BundleFile, Controls, Crowd, CrowdReport, Detail, Diagnosis, LevelOfDetail,

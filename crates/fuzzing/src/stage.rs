@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::sync::{Arc, OnceLock};
 
 use dynaskin_body::{BodyModel, Pose};
-use dynaskin_runtime::{Avatar, Bundle, Controls, Detail, Model, RuntimeError};
+use dynaskin_runtime::{Avatar, Bundle, Controls, Detail, Model, RuntimeError, Skinning};
 use glam::Vec3;
 
 use crate::made_up;
@@ -124,8 +124,15 @@ pub fn assert_finite(avatar: &mut Avatar) {
         avatar.skin_matrices().iter().all(|m| m.is_finite()),
         "finite skin matrices"
     );
-    let (positions, normals) = avatar.skin();
-    assert!(finite(positions) && finite(normals), "a finite surface");
+    let skinning = avatar.skinning();
+    for each in [Skinning::DualQuaternion, Skinning::Linear, skinning] {
+        avatar.set_skinning(each);
+        let (positions, normals) = avatar.skin();
+        assert!(
+            finite(positions) && finite(normals),
+            "a finite surface, {each:?}"
+        );
+    }
 }
 
 /// States of avatars in every situation that is saved.

@@ -9,8 +9,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use dynaskin_body::{BodyModel, PoseCorrectives};
 use dynaskin_runtime::features::{FeatureKind, MotionFeatures};
-use dynaskin_runtime::{Avatar, StageSeconds};
+use dynaskin_runtime::{Avatar, Skinning, StageSeconds};
+use glam::Vec3;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -61,21 +63,71 @@ fn frame(criterion: &mut Criterion) {
             avatar.step(&support::pose_at(f64::from(tick) * DT), DT)
         });
     });
-    criterion.bench_function("skin", |bencher| {
-        bencher.iter(|| black_box(avatar.skin().0[0]))
-    });
+    for (name, skinning) in [
+        ("skin", Skinning::Linear),
+        ("skin: dual quaternions", Skinning::DualQuaternion),
+    ] {
+        avatar.set_skinning(skinning);
+        criterion.bench_function(name, |bencher| {
+            bencher.iter(|| black_box(avatar.skin().0[0]))
+        });
+    }
 }
 
-/// The step of a body that has pose correctives, with and without them, and of one that has none.
+/// Correctives that move the skin beside their joint alone, as sparse ones do; SMPL's move skin everywhere.
+fn near_their_joints(mut body: BodyModel) -> BodyModel {
+    for (row, dirs) in body.pose_dirs_m.iter_mut().enumerate() {
+        let joint_m = body.joint_template_m[1 + row / 9];
+        for (dir, at) in dirs.iter_mut().zip(&body.template_m) {
+            if at.distance(joint_m) > 0.3 {
+                *dir = Vec3::ZERO;
+            }
+        }
+    }
+    body
+}
+
+/// The step of a body that has pose correctives, with and without them, and of one that has none; the
+/// correctives alone; and the step to a pose that stays.
 fn pose_correctives(criterion: &mut Criterion) {
-    let body = support::corrected_body_of(support::LARGE);
-    let model = support::model_with(support::LARGE, body);
+    let everywhere = support::corrected_body_of(support::LARGE);
+    let near = near_their_joints(everywhere.clone());
+    let mut rest_m = everywhere.template_m.clone();
+    criterion.bench_function("pose correctives: as the body has them", |bencher| {
+        let mut tick = 0;
+        bencher.iter(|| {
+            tick += 1;
+            rest_m.copy_from_slice(&everywhere.template_m);
+            everywhere.add_pose_correctives(&support::pose_at(f64::from(tick) * DT), &mut rest_m);
+            black_box(rest_m[0])
+        });
+    });
+    for (name, body) in [("everywhere", &everywhere), ("near joints", &near)] {
+        let packed = PoseCorrectives::new(body).expect("the body has some");
+        criterion.bench_function(&format!("pose correctives: {name}"), |bencher| {
+            let mut tick = 0;
+            bencher.iter(|| {
+                tick += 1;
+                rest_m.copy_from_slice(&body.template_m);
+                packed.add(&support::pose_at(f64::from(tick) * DT), &mut rest_m);
+                black_box(rest_m[0])
+            });
+        });
+    }
+    let model = support::model_with(support::LARGE, everywhere);
+    let near = support::model_with(support::LARGE, near);
     let plain = support::model_of(support::LARGE);
     let cases = [
         ("step: body without pose correctives", plain, true),
         ("step: pose correctives off", Arc::clone(&model), false),
-        ("step: pose correctives on", model, true),
+        ("step: pose correctives on", Arc::clone(&model), true),
+        ("step: pose correctives near their joints on", near, true),
     ];
+    let still = Avatar::new(model, &[0.0; 10]);
+    let mut still = still.expect("the made-up bundle loads");
+    criterion.bench_function("step: pose correctives on, the same pose", |bencher| {
+        bencher.iter(|| still.step(&support::pose_at(0.3), DT));
+    });
     for (name, model, corrects) in cases {
         let mut avatar = Avatar::new(model, &[0.0; 10]).expect("the made-up bundle loads");
         avatar.set_pose_correctives(corrects);

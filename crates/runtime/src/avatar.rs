@@ -7,7 +7,7 @@ mod settings;
 use std::sync::Arc;
 
 use dynaskin_body::{
-    JOINT_COUNT, MAX_SHAPE_COEFFICIENT, Pose, SHAPE_COUNT, SkinMatrices, skin_surface,
+    JOINT_COUNT, MAX_SHAPE_COEFFICIENT, Pose, SHAPE_COUNT, SkinMatrices, Skinning, skin_surface,
 };
 use glam::{Mat4, Vec3};
 
@@ -56,6 +56,7 @@ pub struct Avatar {
     controls: Controls,
     /// See [`Avatar::set_max_strain`].
     max_strain: Option<f32>,
+    skinning: Skinning,
     skin: SkinMatrices,
     skin_matrices: [Mat4; JOINT_COUNT],
     /// Both empty until they are asked for: hosts that skin on a graphics card never do.
@@ -90,12 +91,15 @@ impl Avatar {
         let skin = SkinMatrices::new(&Pose::REST, &shaped.joints_rest_m);
         let mut avatar = Self {
             surface: Surface::new(&shaped.surface),
-            posed: PosedRest::new(model.body(), &shaped.surface),
+            posed: model
+                .pose_correctives()
+                .map(|correctives| PosedRest::new(correctives, &shaped.surface)),
             shaped,
             timeline: Timeline::default(),
             soft,
             revision: 0,
             max_strain: None,
+            skinning: Skinning::default(),
             controls: Controls::default(),
             skin_matrices: skinning::matrices(&skin),
             skin,
@@ -162,7 +166,8 @@ impl Avatar {
         }
         self.shaped = shaped;
         self.revision = self.revision.wrapping_add(1);
-        if self.posed.is_some() {
+        if let Some(posed) = &mut self.posed {
+            posed.change_shape();
             self.correct();
         } else {
             self.surface
@@ -253,7 +258,7 @@ impl Avatar {
         &self.skin_matrices
     }
 
-    /// Skins positions and normals to the last pose with linear blend skinning. Hosts that skin on
+    /// Skins positions and normals to the last pose, as [`Self::set_skinning`] says. Hosts that skin on
     /// a GPU do not need it.
     pub fn skin(&mut self) -> (&[Vec3], &[Vec3]) {
         // No longer than the first time: hosts keep the arrays' addresses.
@@ -261,6 +266,7 @@ impl Avatar {
         self.skinned_positions_m.resize(count, Vec3::ZERO);
         self.skinned_normals.resize(count, Vec3::ZERO);
         skin_surface(
+            self.skinning,
             &self.model.body().skin,
             &self.skin,
             (&self.surface.positions_m, &self.surface.normals),
@@ -299,7 +305,7 @@ impl Avatar {
         let Some(posed) = &mut self.posed else {
             return;
         };
-        posed.update(self.model.body(), &self.shaped.surface);
+        posed.update(&self.shaped.surface);
         self.surface.set_positions(posed.surface());
         if !self.apply() {
             let rest = without_offsets(&self.shaped, &self.posed);

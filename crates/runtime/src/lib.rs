@@ -49,7 +49,7 @@ pub use controls::{
     Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, REGION_LIMITS_M, RegionControls,
 };
 pub use crowd::{Crowd, CrowdReport, LevelOfDetail};
-pub use dynaskin_body::MAX_SHAPE_COEFFICIENT;
+pub use dynaskin_body::{MAX_SHAPE_COEFFICIENT, Skinning};
 pub use dynaskin_conditioning::{Diagnosis, PoseSource};
 pub use dynaskin_skeleton::{
     CUT_ANGULAR_VELOCITY_CHANGE_RAD_S, CUT_VELOCITY_CHANGE_M_S, MAX_STEP_SECONDS,

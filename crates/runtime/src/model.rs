@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use dynaskin_body::{BodyModel, Materials, REGION_COUNT, SHAPE_COUNT};
+use dynaskin_body::{BodyModel, Materials, PoseCorrectives, REGION_COUNT, SHAPE_COUNT};
 use dynaskin_skeleton::{JOINT_COUNT, Pose};
 use glam::Vec3;
 use sha2::{Digest, Sha256};
@@ -28,6 +28,8 @@ pub struct Model {
     topology: Topology,
     /// Made with the first avatar that asks for it.
     guard: OnceLock<Guard>,
+    /// Made with the first avatar; none where the body has none.
+    pose_correctives: OnceLock<Option<Arc<PoseCorrectives>>>,
     shapes: Shapes,
 }
 
@@ -120,6 +122,7 @@ impl Model {
         Ok(Self {
             topology: Topology::new(&body, &bundle.vertices),
             guard: OnceLock::new(),
+            pose_correctives: OnceLock::new(),
             body,
             soft: Some(SoftModel {
                 networks: Networks {
@@ -138,6 +141,7 @@ impl Model {
         Self {
             topology: Topology::new(&body, &[]),
             guard: OnceLock::new(),
+            pose_correctives: OnceLock::new(),
             body,
             soft: None,
             shapes: Shapes::default(),
@@ -173,6 +177,13 @@ impl Model {
             }
             Guard::new(&self.body.faces, &soft)
         })
+    }
+
+    /// The body's pose correctives as avatars add them; none where it has none.
+    pub(crate) fn pose_correctives(&self) -> Option<&Arc<PoseCorrectives>> {
+        self.pose_correctives
+            .get_or_init(|| PoseCorrectives::new(&self.body).map(Arc::new))
+            .as_ref()
     }
 
     pub(crate) fn topology(&self) -> &Topology {

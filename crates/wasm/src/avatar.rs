@@ -5,7 +5,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use dynaskin_body::{Figure, Figures, Pose, Region, Trait};
-use dynaskin_runtime::{Avatar, Controls, Detail, Model, PoseSource, Settled, StepReport};
+use dynaskin_runtime::{
+    Avatar, Controls, Detail, Model, PoseSource, Settled, Skinning, StepReport,
+};
 use wasm_bindgen::prelude::*;
 
 use crate::controls;
@@ -234,6 +236,23 @@ impl CoreAvatar {
     #[wasm_bindgen(setter, js_name = poseCorrectives)]
     pub fn set_pose_correctives(&mut self, on: bool) {
         self.avatar.borrow_mut().set_pose_correctives(on);
+    }
+
+    /// Whether [`Self::skin`] blends dual quaternions instead of matrices.
+    #[wasm_bindgen(getter, js_name = dualQuaternions)]
+    pub fn dual_quaternions(&self) -> bool {
+        self.avatar.borrow().skinning() == Skinning::DualQuaternion
+    }
+
+    /// Switches that.
+    #[wasm_bindgen(setter, js_name = dualQuaternions)]
+    pub fn set_dual_quaternions(&mut self, on: bool) {
+        let skinning = if on {
+            Skinning::DualQuaternion
+        } else {
+            Skinning::Linear
+        };
+        self.avatar.borrow_mut().set_skinning(skinning);
     }
 
     /// Sets the factor on the offsets of the region number `region`.

@@ -33,6 +33,8 @@ mod write;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use pose_dirs::smallest_step_m;
+
 /// Step of quantised positions and morphs, metres.
 pub const POSITION_STEP_M: f32 = 1e-4;
 /// Step of quantised tissue thickness, metres.

@@ -22,9 +22,7 @@ pub(super) fn in_steps(dirs_m: &[Vec3]) -> Option<Steps> {
         .iter()
         .flat_map(|dir| dir.to_array())
         .try_fold(0.0_f32, |most, x| x.is_finite().then(|| most.max(x.abs())))?;
-    let step_m = (LEAST_EXPONENT..=LARGEST_EXPONENT)
-        .map(|exponent| 2.0_f32.powi(exponent))
-        .find(|step_m| largest_m <= f32::from(i16::MAX) * step_m)?;
+    let step_m = smallest_step_m(largest_m)?;
     let values = dirs_m
         .iter()
         .map(|dir| (*dir / step_m).round().to_array().map(|x| x as i16));
@@ -32,6 +30,13 @@ pub(super) fn in_steps(dirs_m: &[Vec3]) -> Option<Steps> {
         step_m,
         values: values.collect(),
     })
+}
+
+/// The smallest step with which numbers up to `largest_m` fit into 16 bits; none where they are too large.
+pub(crate) fn smallest_step_m(largest_m: f32) -> Option<f32> {
+    (LEAST_EXPONENT..=LARGEST_EXPONENT)
+        .map(|exponent| 2.0_f32.powi(exponent))
+        .find(|step_m| largest_m <= f32::from(i16::MAX) * step_m)
 }
 
 /// Whether a step that a file names is one of [`in_steps`].

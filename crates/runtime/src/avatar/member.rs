@@ -41,8 +41,8 @@ impl Avatar {
         self.skin_matrices = skinning::matrices(&self.skin);
         if let Some(posed) = &mut self.posed {
             posed.take_pose(pose);
-            // Out of sight the surface stays as it is.
-            if posed.is_on() && self.timeline.visibility.visible {
+            // Out of sight the surface stays as it is, and so it does where nothing moved.
+            if posed.is_on() && self.timeline.visibility.visible && posed.is_due() {
                 self.correct();
             }
         }
@@ -90,9 +90,15 @@ impl Member for Avatar {
             }
             None => false,
         };
-        // Where the pose corrects the surface, the end of the step shows both.
-        if changed && !self.pose_correctives() {
-            self.apply();
+        if !changed {
+            return;
+        }
+        match &mut self.posed {
+            // The end of the step shows both.
+            Some(posed) if posed.is_on() => posed.move_tissue(),
+            _ => {
+                self.apply();
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a host sets on an avatar: controls, limits, scale, visibility and the source of its poses.
 
-use dynaskin_body::Region;
+use dynaskin_body::{Region, Skinning};
 use dynaskin_conditioning::{Diagnosis, PoseSource};
 
 use super::{Avatar, MAX_SCALE, MIN_SCALE};
@@ -101,6 +101,17 @@ impl Avatar {
             posed.switch(on);
             self.correct();
         }
+    }
+
+    /// How [`Self::skin`] blends the motions of the joints.
+    pub fn skinning(&self) -> Skinning {
+        self.skinning
+    }
+
+    /// Sets that; linear by default. [`Self::skin`] follows with its next call, the surface in the rest pose
+    /// does not depend on it; not part of a saved state.
+    pub fn set_skinning(&mut self, skinning: Skinning) {
+        self.skinning = skinning;
     }
 
     /// Makes the avatar `scale` times as large as its body, in metres of the world per metre of the body. All
