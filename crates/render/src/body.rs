@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use dynaskin_skeleton::Skinning;
 use glam::Mat4;
 
 use crate::{
@@ -55,6 +56,7 @@ pub(crate) struct Body {
     placement: Mat4,
     /// The matrices that are drawn with: placement times `world_from_rest`.
     placed: [Mat4; JOINT_COUNT],
+    skinning: Skinning,
     parts: RestParts,
     /// Lengths of offset vectors, kept to spare an allocation per frame.
     sizes_scratch_m: Vec<f32>,
@@ -182,6 +184,7 @@ impl Body {
             world_from_rest: [Mat4::IDENTITY; JOINT_COUNT],
             placement: Mat4::IDENTITY,
             placed: [Mat4::IDENTITY; JOINT_COUNT],
+            skinning: Skinning::default(),
             parts: RestParts::new(mesh.dominant_joints()),
             sizes_scratch_m: vec![0.0; vertex_count],
             visible: true,
@@ -256,7 +259,7 @@ impl Body {
         queue: &wgpu::Queue,
         world_from_rest: &[Mat4; JOINT_COUNT],
     ) -> Result<(), RenderError> {
-        let columns: SkinUniform = world_from_rest.map(|matrix| matrix.to_cols_array());
+        let columns = world_from_rest.map(|matrix| matrix.to_cols_array());
         check::finite("skin matrices", columns.as_flattened())?;
         self.world_from_rest = *world_from_rest;
         self.place(queue);
@@ -275,10 +278,18 @@ impl Body {
         Ok(())
     }
 
+    /// Blends the joints' motions in another way from now on.
+    pub fn set_skinning(&mut self, queue: &wgpu::Queue, skinning: Skinning) {
+        if self.skinning != skinning {
+            self.skinning = skinning;
+            self.place(queue);
+        }
+    }
+
     fn place(&mut self, queue: &wgpu::Queue) {
         self.placed = self.world_from_rest.map(|matrix| self.placement * matrix);
-        let columns: SkinUniform = self.placed.map(|matrix| matrix.to_cols_array());
-        queue.write_buffer(&self.matrices, 0, bytemuck::cast_slice(&columns));
+        let joints = SkinUniform::new(&self.placed, self.skinning);
+        queue.write_buffer(&self.matrices, 0, bytemuck::bytes_of(&joints));
         self.stale = true;
     }
 

@@ -1,6 +1,8 @@
 //! Mirrors of the shaders' uniform structs, with explicit padding.
 
 use bytemuck::{Pod, Zeroable};
+use dynaskin_skeleton::{DualQuat, Skinning};
+use glam::{Affine3A, Mat4};
 
 /// Joints of SMPL's skeleton (`shader/skin.wgsl`, `JOINT_COUNT`).
 pub(crate) const JOINT_COUNT: usize = 24;
@@ -75,10 +77,40 @@ impl MaterialUniform {
     }
 }
 
-/// `SkinMatrices` of `shader/skin.wgsl`: column-major.
-pub(crate) type SkinUniform = [[f32; 16]; JOINT_COUNT];
+/// `SkinJoints` of `shader/skin.wgsl`; the fields' meaning stands there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct SkinUniform {
+    pub world_from_rest: [[f32; 16]; JOINT_COUNT],
+    pub dual_quaternions: u32,
+    pub padding: [u32; 3],
+}
 
-const _: () = assert!(size_of::<SkinUniform>() == 1536);
+const _: () = assert!(size_of::<SkinUniform>() == 1552);
+
+impl SkinUniform {
+    pub fn new(world_from_rest: &[Mat4; JOINT_COUNT], skinning: Skinning) -> Self {
+        let linear = skinning == Skinning::Linear;
+        Self {
+            world_from_rest: world_from_rest.map(|matrix| {
+                if linear {
+                    return matrix.to_cols_array();
+                }
+                let motion = DualQuat::from_affine(&Affine3A::from_mat4(matrix));
+                let scale = [motion.scale, 0.0, 0.0, 0.0];
+                let columns = [
+                    motion.real.to_array(),
+                    motion.dual.to_array(),
+                    scale,
+                    [0.0; 4],
+                ];
+                Mat4::from_cols_array_2d(&columns).to_cols_array()
+            }),
+            dual_quaternions: u32::from(!linear),
+            padding: [0; 3],
+        }
+    }
+}
 
 #[cfg(test)]
 mod tests {
@@ -128,7 +160,8 @@ mod tests {
         let second = offset_of!(MaterialUniform, second_linear);
         let material = layout(Shader::BODY_SKINNED, "Material", "second_linear");
         assert_eq!(material, (size_of::<MaterialUniform>(), second));
-        let skin = layout(Shader::SKIN, "SkinMatrices", "world_from_rest");
-        assert_eq!(skin, (size_of::<SkinUniform>(), 0));
+        let second = offset_of!(SkinUniform, dual_quaternions);
+        let skin = layout(Shader::SKIN, "SkinJoints", "dual_quaternions");
+        assert_eq!(skin, (size_of::<SkinUniform>(), second));
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use bytemuck::Zeroable;
+use dynaskin_skeleton::Skinning;
 use glam::Mat4;
 
 use crate::{
@@ -254,6 +255,22 @@ impl Renderer {
             .get_mut(&id)
             .ok_or(RenderError::UnknownBody { id: id.0 })?;
         body.set_skin_matrices(queue, world_from_rest)
+    }
+
+    /// Blends the motions of a body's joints linearly, as at first, or as dual quaternions, from the next picture
+    /// on. For the latter each skin matrix must be a rigid motion after a uniform scale.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError::UnknownBody`].
+    pub fn set_skinning(&mut self, id: BodyId, skinning: Skinning) -> Result<(), RenderError> {
+        let queue = &self.gpu.queue;
+        let body = self
+            .bodies
+            .get_mut(&id)
+            .ok_or(RenderError::UnknownBody { id: id.0 })?;
+        body.set_skinning(queue, skinning);
+        Ok(())
     }
 
     /// Displaces a body: `world_from_host` is applied after its skin matrices, so that several

@@ -1,5 +1,5 @@
 //! The committed bodies, posed: positions skinned on the GPU and read back equal the body crate's
-//! linear-blend skinning.
+//! skinning, linear and with dual quaternions.
 
 // A failed step of a test is a failed test.
 #![allow(clippy::unwrap_used)]
@@ -10,10 +10,11 @@ use std::path::Path;
 
 use common::renderer;
 use dynaskin_body::{
-    BodyModel, JOINT_COUNT, Pose, SHAPE_COUNT, SkinMatrices, skin_linear, vertex_normals,
+    BodyModel, JOINT_COUNT, Pose, SHAPE_COUNT, SkinMatrices, skin_dual_quaternion, skin_linear,
+    vertex_normals,
 };
-use dynaskin_render::{BodyMesh, OffsetSizes, SkinningPath};
-use glam::{DQuat, DVec3, Mat4, Vec3};
+use dynaskin_render::{BodyMesh, OffsetSizes, Skinning, SkinningPath};
+use glam::{Affine3A, DQuat, DVec3, Mat4, Vec3};
 
 /// The parity that is asked of the renderer, in metres.
 const TOLERANCE_M: f32 = 1e-4;
@@ -34,6 +35,12 @@ fn far_pose(phase: f64) -> Pose {
         DQuat::from_axis_angle(axis, 0.7 * (1.9 * at).sin())
     });
     pose
+}
+
+fn worst_m(a: &[Vec3], b: &[Vec3]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let pairs = a.iter().zip(b);
+    pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
 }
 
 #[test]
@@ -74,22 +81,39 @@ fn committed_bodies_skin_the_same_on_the_gpu_and_the_cpu() {
             .set_surface(id, &flat(&rest_m), &flat(&normals), OffsetSizes::Zero)
             .unwrap();
 
-        for phase in [0.0, 1.3] {
-            let matrices = SkinMatrices::new(&far_pose(phase), &shaped.joints_m);
+        for (phase, scale) in [(0.0, 1.0), (1.3, 1.0), (2.1, 2.5)] {
+            let mut matrices = SkinMatrices::new(&far_pose(phase), &shaped.joints_m);
+            let larger = Affine3A::from_scale(Vec3::splat(scale));
+            matrices.world_from_rest = matrices.world_from_rest.map(|matrix| larger * matrix);
             let columns: [Mat4; JOINT_COUNT] = matrices.world_from_rest.map(Mat4::from);
             renderer.set_skin_matrices(id, &columns).unwrap();
-            let reading = renderer.read_skinned_positions(id).unwrap();
-            let on_gpu = pollster::block_on(reading).unwrap();
-            let mut on_cpu = vec![Vec3::ZERO; rest_m.len()];
-            skin_linear(&rest_m, &model.skin, &matrices, &mut on_cpu);
-            let pairs = on_gpu.as_chunks::<3>().0.iter().zip(&on_cpu);
-            let worst_m = pairs
-                .map(|(&gpu, cpu)| Vec3::from(gpu).distance(*cpu))
-                .fold(0.0, f32::max);
-            println!("{name}: largest difference {worst_m:.2e} m");
-            assert!(worst_m <= TOLERANCE_M, "{name}: {worst_m}");
+            let mut linear = vec![Vec3::ZERO; rest_m.len()];
+            let mut dual = linear.clone();
+            skin_linear(&rest_m, &model.skin, &matrices, &mut linear);
+            skin_dual_quaternion(&rest_m, &model.skin, &matrices, &mut dual);
+            let cases = [
+                (Skinning::Linear, &linear),
+                (Skinning::DualQuaternion, &dual),
+                (Skinning::Linear, &linear),
+            ];
+            for (skinning, on_cpu) in cases {
+                // The matrices stay: the way of blending alone changes.
+                renderer.set_skinning(id, skinning).unwrap();
+                let reading = renderer.read_skinned_positions(id).unwrap();
+                let on_gpu = pollster::block_on(reading).unwrap();
+                let on_gpu: Vec<Vec3> = on_gpu
+                    .as_chunks::<3>()
+                    .0
+                    .iter()
+                    .map(|&at| Vec3::from(at))
+                    .collect();
+                let worst_m = worst_m(&on_gpu, on_cpu);
+                println!("{name}, {skinning:?}: largest difference {worst_m:.2e} m");
+                assert!(worst_m <= TOLERANCE_M, "{name}, {skinning:?}: {worst_m}");
+            }
             // A difference of nothing from nothing would prove nothing.
-            assert!(on_cpu[0].length() > 1.0);
+            assert!(linear[0].length() > 1.0);
+            assert!(self::worst_m(&linear, &dual) > 0.003);
         }
         renderer.remove_body(id).unwrap();
     }

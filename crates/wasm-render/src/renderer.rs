@@ -2,7 +2,7 @@
 
 use dynaskin_render::{
     Background, BodyId, BodyMesh, Camera, Frame, Look, OffsetSizes, PixelSize, Renderer as Inner,
-    heat_ramp_srgb,
+    Skinning, heat_ramp_srgb,
 };
 use glam::{Mat4, Vec3};
 use js_sys::{Float32Array, Promise};
@@ -132,6 +132,18 @@ impl Renderer {
         let matrices = columns.map(|columns| Mat4::from_cols_array(&columns));
         self.inner
             .set_skin_matrices(BodyId::from_index(id), &matrices)
+            .map_err(from_render)
+    }
+
+    /// Blends the motions of a body's joints as dual quaternions, or linearly.
+    pub fn set_skinning(&mut self, id: u32, dual_quaternions: bool) -> Result<(), JsValue> {
+        let skinning = if dual_quaternions {
+            Skinning::DualQuaternion
+        } else {
+            Skinning::Linear
+        };
+        self.inner
+            .set_skinning(BodyId::from_index(id), skinning)
             .map_err(from_render)
     }
 
