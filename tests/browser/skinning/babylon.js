@@ -44,7 +44,13 @@ export function compareInBabylon(kind) {
     const { meshes } = await ImportMeshAsync(`${MODEL_URL}body.glb`, scene);
     const mesh = meshes.find((candidate) => candidate.skeleton);
     meshes[0].scaling.scaleInPlace(SCALE);
-    if (kind === "standard") mesh.material = new StandardMaterial("standard", scene);
+    if (kind === "standard") {
+      const { sideOrientation } = mesh.material;
+      const standard = new StandardMaterial("standard", scene);
+      // Colours of vertices have an opacity, which glTF says not to use.
+      Object.assign(standard, { sideOrientation, transparencyMode: 0 });
+      mesh.material = standard;
+    }
     mesh.material.backFaceCulling = false;
     const plain = new Mesh("plain", scene);
     const data = new VertexData();

@@ -7,8 +7,8 @@ import { differingShare } from "../avatar/stage.js";
 export const SIZE = 480;
 /** Where the camera stands and looks, metres. */
 export const EYE_M = [1.1, 1.3, 2.3];
-export const TARGET_M = [0.3, 1.15, 0.1];
-export const FOV_Y_RADIANS = 0.7;
+export const TARGET_M = [0.26, 1.1, 0.15];
+export const FOV_Y_RADIANS = 0.22;
 export const MODEL_URL = new URL("/models/female/", location.href).href;
 
 const ELBOW = 18;

@@ -21,6 +21,7 @@ import {
   type SourceReport,
   sourceReportOf,
 } from "./pose-source.js";
+import { isDualQuaternion, type Skinning, skinningOf } from "./skinning.js";
 import type { CoreAvatar } from "./wasm/core.js";
 
 /**
@@ -155,7 +156,7 @@ export class Avatar {
     return this.#view("skinMatrices");
   }
 
-  /** Skins on the CPU with linear blend skinning, for hosts without a GPU and for tests. */
+  /** Skins on the CPU, as {@link skinning} says, for hosts without a GPU and for tests. */
   skinned(): SkinnedSurface {
     this.#core.guard(() => this.raw.skin());
     const { length } = this.#arrays.positions;
@@ -230,7 +231,7 @@ export class Avatar {
   }
 
   /**
-   * Whether the networks run. Off, the avatar is plain linear blend skinning and costs nothing;
+   * Whether the networks run. Off, the avatar is plain skinning and costs nothing;
    * switching back on starts with settled tissue. To compare the same moment with and without
    * tissue, set {@link strength} to 0 instead. Always off on an avatar of a {@link Body}, which has
    * no networks.
@@ -289,6 +290,23 @@ export class Avatar {
   set poseCorrectives(on: boolean) {
     this.#core.guard(() => {
       this.raw.poseCorrectives = Boolean(on);
+    });
+  }
+
+  /**
+   * How {@link skinned}, `dynaskin/renderer` and the adapters' `DynaSkin` blend the motions of the joints;
+   * `linear` by default. The tissue is added in the rest pose, before skinning, so {@link positions} and
+   * {@link offsets} do not depend on it. Takes effect at once, and is not part of a saved state. Other
+   * strings throw `argument`.
+   */
+  get skinning(): Skinning {
+    return skinningOf(this.#core.guard(() => this.raw.dualQuaternions));
+  }
+
+  set skinning(skinning: Skinning) {
+    const isDual = isDualQuaternion(skinning);
+    this.#core.guard(() => {
+      this.raw.dualQuaternions = isDual;
     });
   }
 

@@ -56,6 +56,7 @@ export {
 } from "./pose.js";
 export type { PoseSource, SourceReport } from "./pose-source.js";
 export { GRIPS, type Grip, Puppet } from "./puppet.js";
+export type { Skinning } from "./skinning.js";
 export type { FileSource, Progress } from "./source.js";
 export { VERSION } from "./version.js";
 export type { WasmSource } from "./wasm/instantiate.js";

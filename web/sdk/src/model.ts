@@ -9,6 +9,7 @@ import { DynaSkinError } from "./error.js";
 import { isFigure, type Shape } from "./figure.js";
 import { checkLength, SHAPE_LENGTH } from "./pose.js";
 import { type PoseSource, poseSourceIndex } from "./pose-source.js";
+import { isDualQuaternion, type Skinning } from "./skinning.js";
 import type { CoreBody, CoreModel } from "./wasm/core.js";
 
 /** How an avatar begins. */
@@ -25,6 +26,8 @@ export interface AvatarOptions {
    * See {@link Avatar.poseCorrectives}.
    */
   poseCorrectives?: boolean;
+  /** How the motions of the joints are blended; `linear` if left out. See {@link Avatar.skinning}. */
+  skinning?: Skinning;
 }
 
 /** The constant data of a body: what an engine needs to draw it. Copies; keep them. */
@@ -190,9 +193,10 @@ export class Model {
 }
 
 function asWished(avatar: Avatar, options: AvatarOptions): Avatar {
-  const { poseSource, shape, poseCorrectives } = options;
+  const { poseSource, shape, poseCorrectives, skinning } = options;
   if (poseSource !== undefined) avatar.poseSource = poseSource;
   if (poseCorrectives !== undefined) avatar.poseCorrectives = poseCorrectives;
+  if (skinning !== undefined) avatar.skinning = skinning;
   if (shape === undefined || !isFigure(shape)) return avatar;
   try {
     avatar.setShape(shape);
@@ -207,6 +211,7 @@ function asWished(avatar: Avatar, options: AvatarOptions): Avatar {
 function toShape(options: AvatarOptions): Float32Array {
   checkObject("options", options);
   if (options.poseSource !== undefined) poseSourceIndex(options.poseSource);
+  if (options.skinning !== undefined) isDualQuaternion(options.skinning);
   const { shape } = options;
   if (shape === undefined || isFigure(shape)) return new Float32Array(SHAPE_LENGTH);
   checkLength("shape", shape, SHAPE_LENGTH);

@@ -9,6 +9,7 @@ import { DynaSkinError } from "./error.js";
 import { Instance } from "./instance.js";
 import type { Body } from "./model.js";
 import { AdaptiveResolution } from "./renderer/resolution.js";
+import { isDualQuaternion, type Skinning } from "./skinning.js";
 import { type Progress, ProgressSum } from "./source.js";
 import { compile, type WasmSource } from "./wasm/instantiate.js";
 import * as glue from "./wasm/renderer.js";
@@ -63,6 +64,11 @@ export interface Surface {
   readonly offsets: Float32Array;
   /** Per joint the matrix from rest-pose to world coordinates: `[joint][16]`, column-major. */
   readonly skinMatrices: Float32Array;
+  /**
+   * How the graphics card blends the matrices; `linear` if left out. For `dual-quaternion` each matrix must be
+   * a rotation and a translation after a uniform scale, as an avatar's are.
+   */
+  readonly skinning?: Skinning;
 }
 
 let starting: Promise<void> | null = null;
@@ -444,9 +450,11 @@ export class BodyHandle {
 
   /** Takes over the present surface and pose of an avatar, or another surface of the same body. */
   update(surface: Surface): void {
+    const isDual = isDualQuaternion(surface.skinning ?? "linear");
     this.#call((raw, id) => {
       raw.set_surface(id, surface.positions, surface.normals, surface.offsets);
       raw.set_skin_matrices(id, surface.skinMatrices);
+      raw.set_skinning(id, isDual);
     });
     this.#surface = surface;
   }

@@ -1,6 +1,7 @@
 // What every engine's adapter does alike. An engine adds the functions of `EngineRig`.
 import { DynaSkinError } from "../error.js";
 import { checkLength, JOINT_NAMES, POSE_LENGTH, type Pose } from "../pose.js";
+import { isDualQuaternion } from "../skinning.js";
 import {
   checkPlaces,
   checkSource,
@@ -55,6 +56,12 @@ export interface EngineRig {
   readTurn(joint: number, pose: Pose, at: number): void;
   /** Hands positions and normals to the engine. */
   upload(): void;
+  /**
+   * Has the engine blend dual quaternions, or skin as it does by itself, as it does at first.
+   *
+   * @throws DynaSkinError `argument` where the engine cannot; nothing has changed then
+   */
+  blendDualQuaternions(on: boolean): void;
 }
 
 /** Where the rotation of a joint begins in a pose. */
@@ -75,6 +82,7 @@ export abstract class SkinDriver<Mesh extends object> {
   #jointsM: Float32Array;
   /** Of the shape that the skeleton fits. */
   #revision: number;
+  #isDual = false;
 
   /** @internal */
   constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions, rigOf: () => EngineRig) {
@@ -93,6 +101,12 @@ export abstract class SkinDriver<Mesh extends object> {
     this.#rig = rig;
     this.#copySurface(rig);
     rig.attach();
+    try {
+      this.#followSkinning(rig);
+    } catch (error) {
+      this.dispose();
+      throw error;
+    }
     this.#fitSkeleton(rig, rig.bindPelvisM);
     this.#readPose(rig);
   }
@@ -104,7 +118,8 @@ export abstract class SkinDriver<Mesh extends object> {
    * @param deltaSeconds - time since the last call in seconds (three's `Timer` gives seconds,
    *   Babylon's `getDeltaTime` milliseconds); less than 0, as `Timer` gives for its first frame,
    *   counts as 0
-   * @throws DynaSkinError `disposed`, or what `Avatar.step` throws; the mesh then keeps its surface
+   * @throws DynaSkinError `disposed`, `argument` for an `avatar.skinning` that the engine cannot do, or what
+   *   `Avatar.step` throws; the mesh then keeps its surface
    */
   update(deltaSeconds: number): void {
     this.avatar.step(this.readPose(), Math.max(0, deltaSeconds));
@@ -117,10 +132,11 @@ export abstract class SkinDriver<Mesh extends object> {
    * three.
    *
    * @returns {@link pose}
-   * @throws DynaSkinError `disposed`
+   * @throws DynaSkinError `disposed`; `argument` for an `avatar.skinning` that the engine cannot do
    */
   readPose(): Pose {
     const rig = this.#alive;
+    this.#followSkinning(rig);
     this.#followShape(rig);
     this.#placeJoints(rig);
     this.#readPose(rig);
@@ -130,10 +146,11 @@ export abstract class SkinDriver<Mesh extends object> {
   /**
    * Updates the mesh with the avatar's present surface; see {@link readPose}.
    *
-   * @throws DynaSkinError `disposed`
+   * @throws DynaSkinError `disposed`; `argument` for an `avatar.skinning` that the engine cannot do
    */
   show(): void {
     const rig = this.#alive;
+    this.#followSkinning(rig);
     this.#copySurface(rig);
     rig.upload();
   }
@@ -165,12 +182,20 @@ export abstract class SkinDriver<Mesh extends object> {
     if (!rig) return;
     this.#rig = null;
     releaseMesh(this.mesh);
+    if (this.#isDual) rig.blendDualQuaternions(false);
     rig.detach();
   }
 
   get #alive(): EngineRig {
     if (this.#rig) return this.#rig;
     throw new DynaSkinError("disposed", "This DynaSkin was used after dispose().");
+  }
+
+  #followSkinning(rig: EngineRig): void {
+    const isDual = isDualQuaternion(this.avatar.skinning ?? "linear");
+    if (isDual === this.#isDual) return;
+    rig.blendDualQuaternions(isDual);
+    this.#isDual = isDual;
   }
 
   #followShape(rig: EngineRig): void {

@@ -2,6 +2,7 @@ import type { Avatar } from "../avatar.js";
 import { checkFlag, checkObject } from "../check.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type JointName, type Pose } from "../pose.js";
+import type { Skinning } from "../skinning.js";
 import type { RestBody } from "./vertex-map.js";
 
 /** What an adapter needs from an avatar in this thread, in a worker, or anywhere else. */
@@ -16,6 +17,8 @@ export interface RemoteAvatar {
   readonly revision: number;
   /** Metres of the world per metre of the body, for the translation of poses; see `Avatar.scale`. */
   readonly scale: number;
+  /** How the motions of the joints are blended, `linear` if left out; see `Avatar.skinning`. */
+  readonly skinning?: Skinning;
   /** Rest positions of the 24 joints for the present shape: `[joint][x, y, z]` flattened, metres. */
   restJointsM(): Float32Array;
   /** @internal */

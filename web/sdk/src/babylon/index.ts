@@ -27,6 +27,7 @@ import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
 import { keepPositions, type LastPicture, plugMotionVectors } from "./motion-vectors.js";
+import { blendDualQuaternions } from "./dual-quaternion.js";
 import { withSurface } from "./own-geometry.js";
 import { vectorsOf } from "./read-avatar.js";
 import type { PluggedMeshes } from "./shared-plugin.js";
@@ -87,6 +88,7 @@ class BabylonRig implements EngineRig {
   #plugged: PluggedMeshes | null = null;
   #restore = () => {};
   #reachM = 0;
+  #dualQuaternions: { detach(): void } | null = null;
 
   constructor(mesh: Mesh, { boneNames, motionVectors = false }: RigOptions) {
     const geometry = mesh?.geometry;
@@ -210,6 +212,11 @@ class BabylonRig implements EngineRig {
     this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.positions, false);
     this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.normals, false);
     this.#previous?.follow(this.positions);
+  }
+
+  blendDualQuaternions(on: boolean): void {
+    this.#dualQuaternions?.detach();
+    this.#dualQuaternions = on ? blendDualQuaternions(this.#mesh) : null;
   }
 
   #joint(joint: number): Joint {

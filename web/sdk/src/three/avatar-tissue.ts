@@ -38,7 +38,8 @@ import {
 } from "./read-avatar.js";
 import { lesser, sharesOf } from "./shares.js";
 import { HeldBones, sharesBeside, springBonesOf } from "./spring-bones.js";
-import { checkMeshes, makePlain, VertexStage } from "./vertex-stage.js";
+import { makePlain } from "./staged-mesh.js";
+import { checkMeshes, VertexStage } from "./vertex-stage.js";
 
 /** How an avatar of three.js is bound. */
 export interface BindOptions extends AnyBindOptions {

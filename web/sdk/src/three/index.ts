@@ -25,6 +25,7 @@ import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
 import { PreviousPositions } from "./motion-vectors.js";
+import { blendDualQuaternions } from "./dual-quaternion.js";
 import { withAttributes } from "./own-geometry.js";
 import { four, vectorsOf } from "./read-avatar.js";
 
@@ -106,6 +107,7 @@ class ThreeRig implements EngineRig {
   readonly #bonePositions: Vector3[];
   #restore = () => {};
   #reachM = 0;
+  #dualQuaternions: { detach(): void } | null = null;
 
   constructor(mesh: SkinnedMesh, { boneNames, motionVectors }: RigOptions) {
     if (!mesh.skeleton) {
@@ -227,6 +229,11 @@ class ThreeRig implements EngineRig {
 
   upload(): void {
     for (const attribute of this.#attributes) attribute.needsUpdate = true;
+  }
+
+  blendDualQuaternions(on: boolean): void {
+    this.#dualQuaternions?.detach();
+    this.#dualQuaternions = on ? blendDualQuaternions(this.#mesh) : null;
   }
 
   #bone(joint: number): Bone {

@@ -1,11 +1,10 @@
-// A material that is drawn as another one is, whose vertex stage adds tissue.
+// A material that is drawn as another one is, with something added to its vertex stage.
 import {
   type IUniform,
   Material,
   type ShaderMaterial,
   type WebGLProgramParametersWithUniforms,
 } from "three";
-import { VERTEX_STAGE } from "../bind/vertex-stage.js";
 import { DynaSkinError } from "../error.js";
 
 /** Uniforms by name. */
@@ -19,53 +18,52 @@ export function plainMaterial(material: Material): Material {
   return sources.get(material) ?? material;
 }
 
-const POSITION = "#include <skinning_vertex>";
-const NORMAL = "#include <skinnormal_vertex>";
-const MAIN = /void\s+main\s*\(\s*(?:void)?\s*\)\s*\{/;
-
-/** After morph targets and before skinning, as attributes with tissue would be. */
-const ADD_POSITION = `transformed += dynaskinOffset;\n${POSITION}`;
-const ADD_NORMAL = `
-{
-  vec3 dynaskinOwn = dynaskinUnit(normal + dynaskinNormal, normal);
-  objectNormal += dynaskinOwn - normal;
-  #ifdef USE_TANGENT
-  vec3 dynaskinWithin = tangent.xyz - dynaskinOwn * dot(tangent.xyz, dynaskinOwn);
-  objectTangent += dynaskinUnit(dynaskinWithin, tangent.xyz) - tangent.xyz;
-  #endif
+/** What is added to the vertex stage of materials. */
+export interface VertexEdit {
+  /** Names it among compiled programs. */
+  readonly key: string;
+  /** The part of three's shaders without which nothing can be added. */
+  readonly needs: string;
+  /** What cannot be done to an unfit material, as a part of a message: "write: ... cannot add tissue". */
+  readonly refusal: string;
+  /** The sentence behind it: what to do instead. */
+  readonly otherwise: string;
+  /** What is said where another renderer than `WebGLRenderer` draws the mesh. */
+  readonly otherRenderer: string;
+  /** Beside the material's own. */
+  readonly uniforms: Uniforms;
+  /** Adds it to a shader that has {@link needs} and a `main`. */
+  apply(shader: string): string;
 }
-${NORMAL}`;
+
+/** Where a vertex shader begins to run. */
+export const MAIN = /void\s+main\s*\(\s*(?:void)?\s*\)\s*\{/;
 
 /**
- * Refuses a material whose vertex stage cannot add tissue.
+ * Refuses a material to whose vertex stage nothing can be added.
  *
  * @throws DynaSkinError `argument`
  */
-export function checkMaterial(material: Material): void {
+export function checkMaterial(material: Material, edit: VertexEdit): void {
   const { vertexShader, isShaderMaterial } = material as ShaderMaterial;
   if ("isNodeMaterial" in material) {
-    throw unfit(material, "is a node material");
+    throw unfit(material, edit, "is a node material");
   }
-  if (isShaderMaterial && !(vertexShader.includes(POSITION) && MAIN.test(vertexShader))) {
-    throw unfit(material, `has a vertex shader without "${POSITION}"`);
+  if (isShaderMaterial && !fits(vertexShader, edit)) {
+    throw unfit(material, edit, `has a vertex shader without "${edit.needs}"`);
   }
 }
 
-function unfit({ name, type }: Material, why: string): DynaSkinError {
+function fits(shader: string, { needs }: VertexEdit): boolean {
+  return shader.includes(needs) && MAIN.test(shader);
+}
+
+function unfit({ name, type }: Material, edit: VertexEdit, why: string): DynaSkinError {
   return new DynaSkinError(
     "argument",
-    `The material ${name || "without a name"} (${type}) ${why}, to which write: "texture" cannot add tissue. ` +
-      "Leave write out, give the mesh a standard material of three.js, or exclude it.",
+    `The material ${name || "without a name"} (${type}) ${why}, to which ${edit.refusal}. ` +
+      edit.otherwise,
   );
-}
-
-/** Adds the tissue to a vertex shader of three.js. */
-function withTissue(material: Material, shader: string): string {
-  if (!shader.includes(POSITION) || !MAIN.test(shader)) {
-    throw unfit(material, `has an onBeforeCompile that takes "${POSITION}" away`);
-  }
-  const read = shader.replace(MAIN, (main) => `${VERTEX_STAGE}\n${main}\ndynaskinRead();\n`);
-  return read.replace(POSITION, ADD_POSITION).replace(NORMAL, ADD_NORMAL);
 }
 
 /** What a mirror has of its own, of all that materials have. */
@@ -73,10 +71,11 @@ const OWN = new Set(["uniforms", "onBeforeCompile", "customProgramCacheKey", "_l
 
 /**
  * A material that reads and writes everything in `source`, so that whoever changes either changes both, but is
- * compiled with tissue and has uniforms beside those of `source`, which stays as it is. `dispose()` frees what was
+ * compiled with `edit` and has uniforms beside those of `source`, which stays as it is. `dispose()` frees what was
  * compiled for it and leaves `source`.
  */
-export function mirrorMaterial<Kind extends Material>(source: Kind, uniforms: Uniforms): Kind {
+export function mirrorMaterial<Kind extends Material>(source: Kind, edit: VertexEdit): Kind {
+  const { uniforms } = edit;
   const mirror = Object.create(source) as Kind;
   for (const key of Object.keys(source)) {
     if (OWN.has(key)) continue;
@@ -94,9 +93,12 @@ export function mirrorMaterial<Kind extends Material>(source: Kind, uniforms: Un
     onBeforeCompile(shader: WebGLProgramParametersWithUniforms, renderer: never) {
       source.onBeforeCompile(shader, renderer);
       Object.assign(shader.uniforms, uniforms);
-      shader.vertexShader = withTissue(source, shader.vertexShader);
+      if (!fits(shader.vertexShader, edit)) {
+        throw unfit(source, edit, `has an onBeforeCompile that takes "${edit.needs}" away`);
+      }
+      shader.vertexShader = edit.apply(shader.vertexShader);
     },
-    customProgramCacheKey: () => `${source.customProgramCacheKey()} dynaskin`,
+    customProgramCacheKey: () => `${source.customProgramCacheKey()} ${edit.key}`,
   };
   for (const [key, value] of Object.entries(own)) {
     Object.defineProperty(mirror, key, { value, writable: true, configurable: true });

@@ -13,6 +13,7 @@ import type { Detail } from "../detail.js";
 import type { Figure, Shape } from "../figure.js";
 import { checkLength, POSE_LENGTH, type Pose } from "../pose.js";
 import type { PoseSource } from "../pose-source.js";
+import type { Skinning } from "../skinning.js";
 import type { Link } from "./link.js";
 import {
   AVATAR_SETTINGS,
@@ -57,6 +58,8 @@ export class WorkerAvatar
   declare detail: Detail;
   /** Whether pose correctives are added; see `Avatar.poseCorrectives`. */
   declare poseCorrectives: boolean;
+  /** How the motions of the joints are blended; see `Avatar.skinning`. Any other string throws `argument` at once. */
+  declare skinning: Skinning;
   /** Where the poses come from; see `Avatar.poseSource`. Any other string throws `argument` at once. */
   declare poseSource: PoseSource;
   /**

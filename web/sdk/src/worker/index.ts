@@ -81,11 +81,12 @@ export async function createWorkerAvatar(options: WorkerAvatarOptions): Promise<
   const { shape } = sentShape(options);
   const model = await createWorkerModel(options);
   try {
-    const { poseSource, poseCorrectives } = options;
+    const { poseSource, poseCorrectives, skinning } = options;
     return await model.createLoneAvatar({
       ...(shape && { shape }),
       ...(poseSource && { poseSource }),
       ...(poseCorrectives !== undefined && { poseCorrectives }),
+      ...(skinning !== undefined && { skinning }),
     });
   } catch (error) {
     model.dispose();

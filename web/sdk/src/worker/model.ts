@@ -3,6 +3,7 @@ import type { Bundle } from "../bundle.js";
 import { checkObject } from "../check.js";
 import type { AvatarOptions } from "../model.js";
 import { poseSourceIndex } from "../pose-source.js";
+import { isDualQuaternion } from "../skinning.js";
 import { WorkerAvatar } from "./avatar.js";
 import { WorkerCrowd } from "./crowd.js";
 import type { Link } from "./link.js";
@@ -63,8 +64,9 @@ export class WorkerModel {
     });
     this.#made.add(avatar);
     if (options.poseSource !== undefined) avatar.poseSource = options.poseSource;
-    const { poseCorrectives } = options;
+    const { poseCorrectives, skinning } = options;
     if (poseCorrectives !== undefined) avatar.poseCorrectives = poseCorrectives;
+    if (skinning !== undefined) avatar.skinning = skinning;
     return avatar;
   }
 
@@ -107,7 +109,8 @@ export class WorkerModel {
  */
 export function sentShape(options: AvatarOptions): { shape?: SentShape } {
   checkObject("options", options);
-  const { shape, poseSource } = options;
+  const { shape, poseSource, skinning } = options;
   if (poseSource !== undefined) poseSourceIndex(poseSource);
+  if (skinning !== undefined) isDualQuaternion(skinning);
   return shape === undefined ? {} : { shape: checkedShape(shape) };
 }

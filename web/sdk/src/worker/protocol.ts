@@ -10,6 +10,7 @@ import type { ModelFiles } from "../load.js";
 import type { FileArguments, MotionReading } from "../motion.js";
 import { checkLength, SHAPE_LENGTH } from "../pose.js";
 import { poseSourceIndex } from "../pose-source.js";
+import { isDualQuaternion } from "../skinning.js";
 import type { Progress } from "../source.js";
 import { checkScale } from "./refusals.js";
 
@@ -42,6 +43,7 @@ export const AVATAR_SETTINGS = {
   detail: { check: unless(detailIndex) },
   poseCorrectives: { check: Boolean },
   poseSource: { check: unless(poseSourceIndex) },
+  skinning: { check: unless(isDualQuaternion) },
   scale: { check: unless(checkScale) },
   distanceM: { check: unless(checkDistance), silent: true },
 } satisfies { [Name in keyof Avatar]?: Setting<Avatar[Name]> };
