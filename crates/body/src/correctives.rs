@@ -145,17 +145,15 @@ fn pack(dirs_m: &[Vec3]) -> (f32, Field) {
     (step_m, field)
 }
 
-/// Adds all fields of a part in one pass. Numbers are counted out, so that several are worked on at once.
+/// Adds all fields of a part in one pass. How many numbers there are is known, so that several are worked on at once.
 fn add_fields(
     numbers_m: &mut [f32; BLOCK_NUMBERS],
     fields: &[Field; FIELDS],
     weights_m: &[f32; FIELDS],
 ) {
-    for number in 0..BLOCK_NUMBERS {
-        let mut sum_m = numbers_m[number];
-        for field in 0..FIELDS {
-            sum_m += weights_m[field] * f32::from(fields[field][number]);
+    for (number, sum_m) in numbers_m.iter_mut().enumerate() {
+        for (field, weight_m) in fields.iter().zip(weights_m) {
+            *sum_m += weight_m * f32::from(field[number]);
         }
-        numbers_m[number] = sum_m;
     }
 }
