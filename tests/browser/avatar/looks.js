@@ -149,6 +149,8 @@ export async function compareWrites() {
   written.show();
   await drawAll("plain", written);
   written.dispose();
+  // The file's normals, which unlike the tissue's are units within a step only.
+  await drawAll("given");
   const tissue = open(stand.root, "texture");
   land(tissue);
   await drawAll("texture", tissue);
@@ -191,7 +193,7 @@ export async function compareWrites() {
     looks[look] = {
       moved: await share("plain", "texture"),
       wrong: await share("attributes", "texture"),
-      left: await share("plain", "after"),
+      left: await share("given", "after"),
     };
   }
   return {
