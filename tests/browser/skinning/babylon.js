@@ -6,7 +6,6 @@ import { HemisphericLight } from "@babylonjs/core/Lights/hemisphericLight.js";
 import { ShadowGenerator } from "@babylonjs/core/Lights/Shadows/shadowGenerator.js";
 import "@babylonjs/core/Lights/Shadows/shadowGeneratorSceneComponent.js";
 import { ImportMeshAsync } from "@babylonjs/core/Loading/sceneLoader.js";
-import { StandardMaterial } from "@babylonjs/core/Materials/standardMaterial.js";
 import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import { CreatePlane } from "@babylonjs/core/Meshes/Builders/planeBuilder.js";
 import { Mesh } from "@babylonjs/core/Meshes/mesh.js";
@@ -19,8 +18,8 @@ import { compareSkinnings, EYE_M, FOV_Y_RADIANS, MODEL_URL, SIZE, TARGET_M } fro
 /** Metres of the world in a metre of the body. */
 const SCALE = 1.6;
 
-/** See `compareSkinnings`; `kind` of the body's material: "pbr", as it comes, or "standard". */
-export function compareInBabylon(kind) {
+/** See `compareSkinnings`; the body has the PBRMaterial that it comes with. */
+export function compareInBabylon() {
   return compareSkinnings(async (avatar) => {
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [SIZE, SIZE];
@@ -44,13 +43,6 @@ export function compareInBabylon(kind) {
     const { meshes } = await ImportMeshAsync(`${MODEL_URL}body.glb`, scene);
     const mesh = meshes.find((candidate) => candidate.skeleton);
     meshes[0].scaling.scaleInPlace(SCALE);
-    if (kind === "standard") {
-      const { sideOrientation } = mesh.material;
-      const standard = new StandardMaterial("standard", scene);
-      // Colours of vertices have an opacity, which glTF says not to use.
-      Object.assign(standard, { sideOrientation, transparencyMode: 0 });
-      mesh.material = standard;
-    }
     mesh.material.backFaceCulling = false;
     const plain = new Mesh("plain", scene);
     const data = new VertexData();
