@@ -1,5 +1,6 @@
 //! One body: poses and time steps in, a surface that moves out.
 
+mod decoding;
 mod member;
 mod memory;
 mod settings;
@@ -19,6 +20,7 @@ use crate::shapes::ShapedModel;
 use crate::surface::{PosedRest, RestSurface, Surface, VertexControls, skinning};
 use crate::timeline::{Settled, Timeline};
 use crate::tissue::Tissue;
+pub use decoding::Decoding;
 pub(crate) use member::step_all;
 
 /// Smallest scale of an avatar.
@@ -53,6 +55,11 @@ pub struct Avatar {
     /// None for a body without pose correctives.
     posed: Option<PosedRest>,
     revision: u32,
+    decoding: Decoding,
+    /// Whether `surface` is older than what the tissue shows.
+    is_behind: bool,
+    surface_revision: u32,
+    controls_revision: u32,
     controls: Controls,
     /// See [`Avatar::set_max_strain`].
     max_strain: Option<f32>,
@@ -98,6 +105,10 @@ impl Avatar {
             timeline: Timeline::default(),
             soft,
             revision: 0,
+            decoding: Decoding::InStep,
+            is_behind: false,
+            surface_revision: 0,
+            controls_revision: 0,
             max_strain: None,
             skinning: Skinning::default(),
             controls: Controls::default(),
@@ -214,6 +225,7 @@ impl Avatar {
             without_offsets(&self.shaped, &self.posed),
             offsets_rest_m,
         );
+        self.surface_revision = self.surface_revision.wrapping_add(1);
         Ok(())
     }
 
@@ -237,7 +249,8 @@ impl Avatar {
         &self.shaped.joints_rest_m
     }
 
-    /// Offsets of all vertices in the rest pose, in metres, after gains and limits.
+    /// Offsets of all vertices in the rest pose, in metres, after gains and limits. These and the next two may
+    /// be those of an earlier step with [`Decoding::OnDemand`].
     pub fn offsets_rest_m(&self) -> &[Vec3] {
         &self.surface.offsets_m
     }
@@ -261,6 +274,7 @@ impl Avatar {
     /// Skins positions and normals to the last pose, as [`Self::set_skinning`] says. Hosts that skin on
     /// a GPU do not need it.
     pub fn skin(&mut self) -> (&[Vec3], &[Vec3]) {
+        self.update_surface();
         // No longer than the first time: hosts keep the arrays' addresses.
         let count = self.surface.positions_m.len();
         self.skinned_positions_m.resize(count, Vec3::ZERO);
@@ -281,18 +295,21 @@ impl Avatar {
         (&self.skinned_positions_m, &self.skinned_normals)
     }
 
-    /// Brings the surface to what the tissue shows; whether there is any tissue that does.
+    /// Brings the surface to what the tissue shows, unless that is left to whoever asks for it; whether there
+    /// is any tissue that does.
     fn apply(&mut self) -> bool {
+        self.surface_revision = self.surface_revision.wrapping_add(1);
         let Some(soft) = self.soft.as_ref().filter(|_| self.timeline.enabled()) else {
             return false;
         };
+        let Some(shown_m) = soft.tissue.shown_m() else {
+            self.is_behind = true;
+            return true;
+        };
+        self.is_behind = false;
         let rest = without_offsets(&self.shaped, &self.posed);
-        self.surface.apply(
-            self.model.topology(),
-            rest,
-            soft.tissue.shown_m(),
-            &soft.vertex_controls,
-        );
+        self.surface
+            .apply(self.model.topology(), rest, shown_m, &soft.vertex_controls);
         if let Some(max_strain) = self.max_strain {
             self.surface
                 .hold_together(self.model.topology(), self.model.guard(), rest, max_strain);

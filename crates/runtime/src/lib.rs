@@ -43,7 +43,7 @@ mod surface;
 mod timeline;
 mod tissue;
 
-pub use avatar::{Avatar, MAX_SCALE, MIN_SCALE, StepReport};
+pub use avatar::{Avatar, Decoding, MAX_SCALE, MIN_SCALE, StepReport};
 pub use bundle::{BUNDLE_FORMAT, BUNDLE_VERSION, Bundle, BundleFile, Learned, LoweredFiles};
 pub use controls::{
     Controls, MAX_GAIN, MAX_RESPONSE, OFFSET_LIMIT_M, REGION_LIMITS_M, RegionControls,
@@ -58,7 +58,9 @@ pub use error::{Network, RuntimeError};
 pub use model::Model;
 #[cfg(feature = "tract")]
 pub use networks::{Comparison, LoweredNetworks, lower};
-pub use networks::{Decoder, DecoderSession, Predictor, PredictorSession, PredictorState};
+pub use networks::{
+    Decoder, DecoderSession, LinearDecoder, Predictor, PredictorSession, PredictorState,
+};
 pub use pipeline::{StageSeconds, Stopwatch};
 pub use state::STATE_VERSION;
 pub use timeline::{Detail, Settled};

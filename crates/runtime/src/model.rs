@@ -11,7 +11,9 @@ use crate::bundle::{Bundle, BundleFile, Learned, field, hex};
 use crate::controls::Shares;
 use crate::features::{FeatureKind, MotionFeatures};
 use crate::measure;
-use crate::networks::{Decoder, Networks, Predictor, Sessions, is_lowered, onnx_sha256};
+use crate::networks::{
+    Decoder, LinearDecoder, Networks, Predictor, Sessions, is_lowered, onnx_sha256,
+};
 use crate::shapes::{ShapedModel, Shapes};
 use crate::state::Fingerprint;
 use crate::surface::{Guard, RestSurface, Topology};
@@ -161,6 +163,15 @@ impl Model {
     /// Indices of the vertices that the networks move, ascending; empty without networks.
     pub fn soft_vertices(&self) -> &[u32] {
         self.bundle().map_or(&[], |bundle| &bundle.vertices)
+    }
+
+    /// The decoder as one matrix over [`Self::soft_vertices`], for those who decode by themselves
+    /// ([`crate::Decoding::OnDemand`]). None without networks, for a decoder that is anything else than a product
+    /// with a matrix, and for a body with pose correctives, whose surface the pose changes as well.
+    pub fn linear_decoder(&self) -> Option<&LinearDecoder> {
+        let corrects = !self.body.pose_dirs_m.is_empty();
+        let soft = self.soft.as_ref().filter(|_| !corrects)?;
+        soft.networks.decoder.linear()
     }
 
     /// What moves the soft tissue; none where the body is plainly skinned.

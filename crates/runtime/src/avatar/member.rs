@@ -65,10 +65,7 @@ impl Member for Avatar {
     fn begin_showing(&mut self) -> Option<&mut Tissue> {
         let tissue = &mut self.soft.as_mut()?.tissue;
         let decodes = match self.timeline.begin_showing()? {
-            Showing::Settled => {
-                tissue.settle();
-                true
-            }
+            Showing::Settled => tissue.settle(),
             Showing::Between(phase) => tissue.begin_showing(phase),
         };
         decodes.then_some(tissue)

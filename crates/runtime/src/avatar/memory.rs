@@ -34,7 +34,11 @@ impl Avatar {
             shape: self.shaped.shape,
             controls: self.controls,
             timeline: self.timeline.memory(),
-            tissue: self.soft.as_ref().map(|soft| soft.tissue.memory()),
+            tissue: self.soft.as_ref().map(|soft| {
+                let undecoded = soft.tissue.shown_latents();
+                let decoder = undecoded.and_then(|_| self.model.linear_decoder());
+                soft.tissue.memory(decoder)
+            }),
         };
         state::to_bytes(&self.model.fingerprint(), &saved)
     }

@@ -27,6 +27,9 @@ impl Avatar {
             let shares = controls.shares(soft.learned());
             let filters = soft.filters(self.model.body(), &shares)?;
             let root_inertia = controls.root_inertia.into();
+            if filters.is_some() {
+                own.tissue.decode(|| self.model.linear_decoder());
+            }
             own.tissue
                 .set_controls(&shares.materials, filters, root_inertia);
         }
@@ -74,6 +77,7 @@ impl Avatar {
             in_range("the largest strain", got, MIN_STRAIN, MAX_STRAIN)?;
         }
         self.max_strain = max_strain;
+        self.choose_form();
         self.apply();
         Ok(())
     }
@@ -205,6 +209,8 @@ impl Avatar {
                     soft.tissue.clear();
                 }
                 self.surface.clear(&self.shaped.surface);
+                self.is_behind = false;
+                self.surface_revision = self.surface_revision.wrapping_add(1);
                 self.correct();
             }
             _ => {}
@@ -228,6 +234,7 @@ impl Avatar {
     }
 
     pub(super) fn update_vertex_controls(&mut self) {
+        self.controls_revision = self.controls_revision.wrapping_add(1);
         if let Some(soft) = &mut self.soft {
             vertex_controls(
                 self.model.body(),

@@ -1,5 +1,8 @@
 //! The decoder: its contract and its runs.
 
+use std::sync::OnceLock;
+
+use super::fused::LinearDecoder;
 use super::plans::{NetworkFile, Plans, Rows, Runner, finite};
 use crate::ports::{broken, names, row};
 use crate::{Network, RuntimeError};
@@ -12,6 +15,8 @@ pub struct Decoder {
     plans: Plans,
     latent_count: usize,
     vertex_count: usize,
+    /// Made when first asked for; none where it is not linear.
+    linear: OnceLock<Option<LinearDecoder>>,
 }
 
 /// One call of the decoder, of which [`DecoderSession::decode_rows`] makes several at once.
@@ -75,7 +80,14 @@ impl Decoder {
             plans: plans(graph)?,
             latent_count,
             vertex_count,
+            linear: OnceLock::new(),
         })
+    }
+
+    /// The decoder as one matrix; none where it is anything else, or is not recognised.
+    pub fn linear(&self) -> Option<&LinearDecoder> {
+        let linear = self.linear.get_or_init(|| self.plans.fused()?.linear());
+        linear.as_ref()
     }
 
     /// L: numbers that [`DecoderSession::decode`] takes.

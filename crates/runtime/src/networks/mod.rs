@@ -14,6 +14,7 @@ mod sessions;
 
 pub(crate) use decoder::DecoderRow;
 pub use decoder::{Decoder, DecoderSession};
+pub use fused::LinearDecoder;
 #[cfg(feature = "tract")]
 pub use lower::{Comparison, LoweredNetworks, lower};
 pub(crate) use lowered::{is_lowered, onnx_sha256};

@@ -166,6 +166,17 @@ impl NetworkFile {
     }
 }
 
+impl Plans {
+    /// The program; none where tract runs the network.
+    pub fn fused(&self) -> Option<&Fused> {
+        match self {
+            Self::Fused(fused) => Some(fused),
+            #[cfg(feature = "tract")]
+            Self::Graph(_) => None,
+        }
+    }
+}
+
 #[cfg(feature = "tract")]
 impl Plans {
     fn of_graph(

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
 use crate::features::{FeatureKind, MotionFeatures};
+use crate::networks::LinearDecoder;
 use crate::state;
 
 pub(crate) use mode::{Fit, Mode};
@@ -55,12 +56,26 @@ pub(crate) struct Tissue {
     rest: Arc<RestTissue>,
     /// Changes stiffness and damping; none while they are as predicted.
     response: Option<Response>,
-    /// What is shown, three numbers a soft vertex, in metres: 0 at rest.
-    shown_m: Vec<f32>,
+    /// What the next two are.
+    form: Form,
+    /// Whether they are to be latents as soon as they can.
+    keeps_latents: bool,
+    /// What is shown: 0 at rest.
+    shown: Vec<f32>,
     /// What was shown before a cut, less what the cut settled to.
-    faded_m: Vec<f32>,
+    faded: Vec<f32>,
     /// Time since that cut; as long as it is below [`FADE_SECONDS`], some of it is shown.
     fade_seconds: f64,
+}
+
+/// What the numbers that are shown are. Nothing but sums and multiples of them is made here, so a decoder
+/// that is one matrix gives the one from the other whenever it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    /// Offsets, three numbers a soft vertex, in metres.
+    Offsets,
+    /// Latents that are still to be decoded, less those at rest. Never with a response.
+    Latents,
 }
 
 /// What the tissue remembers, as a saved state holds it.
@@ -90,15 +105,70 @@ impl Tissue {
             raw_m: rest.offsets_m.clone(),
             rest: Arc::clone(rest),
             response: None,
-            shown_m: vec![0.0; numbers],
-            faded_m: vec![0.0; numbers],
+            form: Form::Offsets,
+            keeps_latents: false,
+            shown: vec![0.0; numbers],
+            faded: vec![0.0; numbers],
             fade_seconds: FADE_SECONDS,
         }
     }
 
-    /// Offsets to show, three numbers a soft vertex, in metres; gains and limits are not in them.
-    pub fn shown_m(&self) -> &[f32] {
-        &self.shown_m
+    /// Offsets to show, three numbers a soft vertex, in metres; gains and limits are not in them. None
+    /// where they are still to be decoded.
+    pub fn shown_m(&self) -> Option<&[f32]> {
+        (self.form == Form::Offsets).then_some(&self.shown)
+    }
+
+    /// What gives them, multiplied with the decoder's matrix: latents, less those at rest.
+    pub fn shown_latents(&self) -> Option<&[f32]> {
+        (self.form == Form::Latents).then_some(&self.shown)
+    }
+
+    /// From now on nothing is decoded, as soon as what is shown follows from the last latents: nothing fades
+    /// or responds then.
+    pub fn keep_latents(&mut self) {
+        self.keeps_latents = true;
+        if self.form == Form::Offsets && self.shown.iter().all(|number| *number == 0.0) {
+            self.undecode();
+            self.shown.fill(0.0);
+        }
+    }
+
+    /// From now on everything is decoded again, what is shown by `decoder`.
+    pub fn keep_offsets<'a>(&mut self, decoder: impl FnOnce() -> Option<&'a LinearDecoder>) {
+        self.keeps_latents = false;
+        self.decode(decoder);
+    }
+
+    /// Takes the decoder's input in place of offsets, where that can be.
+    fn undecode(&mut self) {
+        if self.response.is_none() && self.fade_seconds >= FADE_SECONDS {
+            self.form = Form::Latents;
+            self.faded.clear();
+            self.faded.resize(self.decoded.len(), 0.0);
+            self.shown.resize(self.decoded.len(), 0.0);
+            self.take_decoded();
+        }
+    }
+
+    /// Takes offsets in place of latents, if it has latents; only these need the `decoder`.
+    pub fn decode<'a>(&mut self, decoder: impl FnOnce() -> Option<&'a LinearDecoder>) {
+        if self.form == Form::Latents {
+            [self.shown, self.faded] = self.in_metres(decoder());
+            self.form = Form::Offsets;
+        }
+    }
+
+    /// What is shown and what fades, as offsets. Only latents need the `decoder`.
+    pub fn in_metres(&self, decoder: Option<&LinearDecoder>) -> [Vec<f32>; 2] {
+        [&self.shown, &self.faded].map(|numbers| match (self.form, decoder) {
+            (Form::Latents, Some(decoder)) => {
+                let mut offsets_m = vec![0.0; self.rest.offsets_m.len()];
+                decoder.multiply(numbers, &mut offsets_m);
+                offsets_m
+            }
+            _ => numbers.clone(),
+        })
     }
 
     /// Takes over what the networks are told of the tissue's material, what is left to `filters`
@@ -116,7 +186,7 @@ impl Tissue {
                 response.set(filters);
                 Some(response)
             }
-            (None, Some(filters)) => Some(Response::new(filters, &self.shown_m)),
+            (None, Some(filters)) => Some(Response::new(filters, &self.shown)),
         };
         self.features.set_root_inertia(root_inertia);
     }
@@ -133,8 +203,11 @@ impl Tissue {
         if self.response.is_none() {
             // The networks' error at rest differs from shape to shape: let the difference fade.
             let left = self.fade_left();
-            let rests = rest.offsets_m.iter().zip(&before.offsets_m);
-            for (faded, (now, before)) in self.faded_m.iter_mut().zip(rests) {
+            let (now, before) = match self.form {
+                Form::Offsets => (&rest.offsets_m, &before.offsets_m),
+                Form::Latents => (&rest.latent, &before.latent),
+            };
+            for (faded, (now, before)) in self.faded.iter_mut().zip(now.iter().zip(before)) {
                 *faded = left * *faded + now - before;
             }
             self.fade_seconds = 0.0;
@@ -156,25 +229,27 @@ impl Tissue {
         [&self.latent, &self.latent_before]
     }
 
-    /// Takes the latent of the last tick as that of standing in the pose for long.
-    pub fn settle(&mut self) {
+    /// Takes the latent of the last tick as that of standing in the pose for long. Whether it has to be
+    /// decoded.
+    pub fn settle(&mut self) -> bool {
         self.latent_before.copy_from_slice(&self.latent);
         self.decoded.copy_from_slice(&self.latent);
+        self.form == Form::Offsets
     }
 
     /// Shows what was decoded after [`Self::settle`]: at once, or, where it is to `fade`, as the end
     /// of a short way from what is shown now.
     pub fn show_settled(&mut self, fade: bool) {
-        std::mem::swap(&mut self.faded_m, &mut self.shown_m);
+        std::mem::swap(&mut self.faded, &mut self.shown);
         self.take_decoded();
         if let Some(response) = &mut self.response {
-            response.settle(&self.shown_m);
-            response.show(1.0, &mut self.shown_m);
+            response.settle(&self.shown);
+            response.show(1.0, &mut self.shown);
         }
         self.fade_seconds = FADE_SECONDS;
         if fade {
             self.fade_seconds = 0.0;
-            for (faded, shown) in self.faded_m.iter_mut().zip(&self.shown_m) {
+            for (faded, shown) in self.faded.iter_mut().zip(&self.shown) {
                 *faded -= shown;
             }
             self.add_faded();
@@ -236,14 +311,17 @@ impl Tissue {
     pub fn begin_showing(&mut self, phase: f64) -> bool {
         let phase = phase as f32;
         if let Some(response) = &self.response {
-            response.show(phase, &mut self.shown_m);
+            response.show(phase, &mut self.shown);
             return false;
         }
         let latents = self.latent_before.iter().zip(&self.latent);
         for (shown, (before, last)) in self.decoded.iter_mut().zip(latents) {
             *shown = before + phase * (last - before);
         }
-        true
+        if self.keeps_latents && self.form == Form::Offsets {
+            self.undecode();
+        }
+        self.form == Form::Offsets
     }
 
     /// Shows it, `dt_seconds` after what was shown before.
@@ -267,7 +345,7 @@ impl Tissue {
 
     /// Begins to let what is shown give way to nothing.
     pub fn begin_fading_out(&mut self) {
-        self.faded_m.copy_from_slice(&self.shown_m);
+        self.faded.copy_from_slice(&self.shown);
         self.fade_seconds = 0.0;
     }
 
@@ -277,21 +355,24 @@ impl Tissue {
             return false;
         }
         self.fade_seconds = (self.fade_seconds + dt_seconds).min(FADE_SECONDS);
-        self.shown_m.fill(0.0);
+        self.shown.fill(0.0);
         self.add_faded();
         true
     }
 
     /// Shows nothing.
     pub fn clear(&mut self) {
-        self.shown_m.fill(0.0);
+        self.shown.fill(0.0);
         self.fade_seconds = FADE_SECONDS;
     }
 
     fn take_decoded(&mut self) {
-        let decoded = self.raw_m.iter().zip(&self.rest.offsets_m);
-        for (shown, (raw, rest)) in self.shown_m.iter_mut().zip(decoded) {
-            *shown = raw - rest;
+        let (decoded, rest) = match self.form {
+            Form::Offsets => (&self.raw_m, &self.rest.offsets_m),
+            Form::Latents => (&self.decoded, &self.rest.latent),
+        };
+        for (shown, (decoded, rest)) in self.shown.iter_mut().zip(decoded.iter().zip(rest)) {
+            *shown = decoded - rest;
         }
     }
 
@@ -299,7 +380,7 @@ impl Tissue {
     fn add_faded(&mut self) {
         let left = self.fade_left();
         if left > 0.0 {
-            for (shown, faded) in self.shown_m.iter_mut().zip(&self.faded_m) {
+            for (shown, faded) in self.shown.iter_mut().zip(&self.faded) {
                 *shown += left * faded;
             }
         }
@@ -311,15 +392,16 @@ impl Tissue {
         1.0 - gone * gone * (3.0 - 2.0 * gone)
     }
 
-    /// What a saved state says of it, for [`Self::remember`].
-    pub fn memory(&self) -> Memory {
+    /// What a saved state says of it, for [`Self::remember`]; `decoder` for what is not decoded yet.
+    pub fn memory(&self, decoder: Option<&LinearDecoder>) -> Memory {
         let response = self.response.as_ref();
+        let [shown_m, faded_m] = self.in_metres(decoder);
         Memory {
             past: self.features.past(),
             state: self.state.clone(),
             latents: [self.latent.clone(), self.latent_before.clone()],
-            shown_m: self.shown_m.clone(),
-            faded_m: self.faded_m.clone(),
+            shown_m,
+            faded_m,
             fade_seconds: self.fade_seconds,
             response: response.map(|r| [r.inputs_m.clone(), r.outputs_m.clone()]),
         }
@@ -341,7 +423,7 @@ impl Tissue {
             .into_iter()
             .chain(response)
         {
-            state::check_list(offsets_m, self.shown_m.len())?;
+            state::check_list(offsets_m, self.rest.offsets_m.len())?;
         }
         if !(0.0..=FADE_SECONDS).contains(&memory.fade_seconds) {
             return Err(state::invalid("its fade does not fit"));
@@ -357,8 +439,9 @@ impl Tissue {
         self.features.set_past(memory.past);
         self.state = memory.state;
         [self.latent, self.latent_before] = memory.latents;
-        self.shown_m = memory.shown_m;
-        self.faded_m = memory.faded_m;
+        self.form = Form::Offsets;
+        self.shown = memory.shown_m;
+        self.faded = memory.faded_m;
         self.fade_seconds = memory.fade_seconds;
         if let (Some(response), Some(saved)) = (&mut self.response, memory.response) {
             [response.inputs_m, response.outputs_m] = saved;

@@ -15,6 +15,7 @@ mod functions;
 mod kernels;
 #[cfg(feature = "tract")]
 mod layout;
+mod linear;
 #[cfg(feature = "tract")]
 mod once;
 #[cfg(feature = "tract")]
@@ -36,6 +37,7 @@ use std::ops::Range;
 use tract_core::prelude::TypedModel;
 
 use super::plans::{BATCH, Rows};
+pub use linear::LinearDecoder;
 #[cfg(feature = "tract")]
 pub(super) use operator::operator;
 pub(super) use parts::FusedParts;
