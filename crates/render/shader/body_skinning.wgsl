@@ -1,4 +1,4 @@
-// Vertex stage that skins: for WebGL2, which has no compute pass.
+// A body that the vertex stage skins: for WebGL2, which has no compute pass.
 
 struct RestVertex {
     @location(0) position_rest_m: vec3<f32>,
@@ -9,8 +9,7 @@ struct RestVertex {
     @location(5) color: vec4<f32>,
 }
 
-@vertex
-fn vs_body(in: RestVertex) -> BodyVarying {
+fn skinned_body(in: RestVertex) -> BodyVarying {
     let world_from_rest = blended_world_from_rest(in.joints, in.weights);
     var out: BodyVarying;
     out.position_world_m = skinned_position(world_from_rest, in.position_rest_m);

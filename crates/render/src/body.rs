@@ -7,11 +7,12 @@ use glam::Mat4;
 
 use crate::{
     BodyMesh, Gpu, RenderError, SkinningPath, check,
+    decoding::{DecodedSurface, Seat},
     gpu_data::{JOINT_COUNT, MaterialUniform, SKIN_WORKGROUP, SkinUniform},
     look::{Look, Looks},
     paint::{Hem, Paint},
     parts::{RestParts, WorldPart},
-    pipelines::Pipelines,
+    pipelines::{DecodedPipelines, Pipelines},
 };
 
 /// How far each vertex is from where plain skinning would have it, for the heat map.
@@ -34,9 +35,9 @@ pub(crate) struct Body {
     vertex_count: usize,
     index_count: u32,
     indices: wgpu::Buffer,
-    positions_rest_m: wgpu::Buffer,
-    normals_rest: wgpu::Buffer,
-    offset_sizes_m: wgpu::Buffer,
+    positions_rest_m: Part,
+    normals_rest: Part,
+    offset_sizes_m: Part,
     colors: wgpu::Buffer,
     /// Cut with the first surface: how far apart vertices are is not known before.
     hem: Option<Hem>,
@@ -58,13 +59,56 @@ pub(crate) struct Body {
     placed: [Mat4; JOINT_COUNT],
     skinning: Skinning,
     parts: RestParts,
+    /// Of the surface without offsets, where the card decodes.
+    still_parts: RestParts,
     /// Lengths of offset vectors, kept to spare an allocation per frame.
     sizes_scratch_m: Vec<f32>,
+    /// Where the card decodes it; none for bodies that the host decodes.
+    seat: Option<Seat>,
+    /// What a body is drawn with whose surface is in textures.
+    decoded_group: Option<wgpu::BindGroup>,
+    /// Whether the surface is the decoded one, not one that the host uploaded.
+    is_decoded: bool,
     pub visible: bool,
     /// Whether surface or matrices changed after the last skinning pass.
     stale: bool,
     /// Whether a surface was ever set: before, there is nothing to draw.
     has_surface: bool,
+}
+
+/// A body's part of a buffer, which may have others' as well.
+#[derive(Clone, Debug)]
+struct Part {
+    buffer: wgpu::Buffer,
+    /// In bytes.
+    first: u64,
+    length: u64,
+}
+
+impl Part {
+    fn whole(buffer: wgpu::Buffer) -> Self {
+        Self {
+            first: 0,
+            length: buffer.size(),
+            buffer,
+        }
+    }
+
+    fn write(&self, queue: &wgpu::Queue, numbers: &[f32]) {
+        queue.write_buffer(&self.buffer, self.first, bytemuck::cast_slice(numbers));
+    }
+
+    fn slice(&self) -> wgpu::BufferSlice<'_> {
+        self.buffer.slice(self.first..self.first + self.length)
+    }
+
+    fn binding(&self) -> wgpu::BindingResource<'_> {
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &self.buffer,
+            offset: self.first,
+            size: wgpu::BufferSize::new(self.length),
+        })
+    }
 }
 
 /// What the skinning pass writes.
@@ -109,9 +153,9 @@ impl Body {
             Usage::VERTEX
         };
         let indices = buffer("faces", mesh.faces.len() * 4, Usage::INDEX)?;
-        let positions_rest_m = buffer("rest positions", vertex_count * 12, read)?;
-        let normals_rest = buffer("rest normals", vertex_count * 12, read)?;
-        let offset_sizes_m = buffer("offset sizes", vertex_count * 4, Usage::VERTEX)?;
+        let positions_rest_m = Part::whole(buffer("rest positions", vertex_count * 12, read)?);
+        let normals_rest = Part::whole(buffer("rest normals", vertex_count * 12, read)?);
+        let offset_sizes_m = Part::whole(buffer("offset sizes", vertex_count * 4, Usage::VERTEX)?);
         let colors = buffer("colors", vertex_count * 4, Usage::VERTEX)?;
         let joints = buffer("skin joints", vertex_count * 4, read)?;
         let weights = buffer("skin weights", vertex_count * 16, read)?;
@@ -126,16 +170,17 @@ impl Body {
                 )?;
                 let normals = buffer("skinned normals", vertex_count * 12, read)?;
                 let bound = [
-                    (0, &matrices),
-                    (1, &positions_rest_m),
-                    (2, &normals_rest),
-                    (3, &joints),
-                    (4, &weights),
-                    (5, &positions),
-                    (6, &normals),
+                    (0, matrices.as_entire_binding()),
+                    (1, positions_rest_m.binding()),
+                    (2, normals_rest.binding()),
+                    (3, joints.as_entire_binding()),
+                    (4, weights.as_entire_binding()),
+                    (5, positions.as_entire_binding()),
+                    (6, normals.as_entire_binding()),
                 ];
                 let pass_group = bind_group(gpu, "skinning pass", &skin.layout, &bound);
-                let draw_group = bind_group(gpu, "body", &pipelines.draw_layout, &[(7, &material)]);
+                let bound = [(7, material.as_entire_binding())];
+                let draw_group = bind_group(gpu, "body", &pipelines.draw_layout, &bound);
                 (
                     Some(Skinned {
                         positions,
@@ -146,7 +191,10 @@ impl Body {
                 )
             }
             None => {
-                let bound = [(0, &matrices), (7, &material)];
+                let bound = [
+                    (0, matrices.as_entire_binding()),
+                    (7, material.as_entire_binding()),
+                ];
                 (
                     None,
                     bind_group(gpu, "body", &pipelines.draw_layout, &bound),
@@ -186,7 +234,11 @@ impl Body {
             placed: [Mat4::IDENTITY; JOINT_COUNT],
             skinning: Skinning::default(),
             parts: RestParts::new(mesh.dominant_joints()),
+            still_parts: RestParts::new(mesh.dominant_joints()),
             sizes_scratch_m: vec![0.0; vertex_count],
+            seat: None,
+            decoded_group: None,
+            is_decoded: false,
             visible: true,
             stale: true,
             has_surface: false,
@@ -232,10 +284,10 @@ impl Body {
             Some((positions_m, normals)) => (positions_m.as_slice(), normals.as_slice()),
             None => (positions_rest_m, normals_rest),
         };
-        let positions_bytes = bytemuck::cast_slice(positions_drawn_m);
-        queue.write_buffer(&self.positions_rest_m, 0, positions_bytes);
-        queue.write_buffer(&self.normals_rest, 0, bytemuck::cast_slice(normals_drawn));
-        queue.write_buffer(&self.offset_sizes_m, 0, bytemuck::cast_slice(sizes_m));
+        self.positions_rest_m.write(queue, positions_drawn_m);
+        self.normals_rest.write(queue, normals_drawn);
+        self.offset_sizes_m.write(queue, sizes_m);
+        self.is_decoded = false;
         if let Some(hem) = self.hem.take() {
             let still_m = without_offsets(positions_rest_m, offsets);
             queue.write_buffer(&self.colors, 0, &hem.cut(&still_m));
@@ -244,6 +296,107 @@ impl Body {
         self.stale = true;
         self.has_surface = true;
         Ok(())
+    }
+
+    /// Where the card decodes it, if it does.
+    pub fn seat(&self) -> Option<Seat> {
+        self.seat
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.vertex_count
+    }
+
+    /// Whether the look needs the surface on the CPU.
+    pub fn is_draped(&self) -> bool {
+        self.looks.drape(self.look).is_some()
+    }
+
+    /// Whether the surface is one that the card decodes.
+    pub fn is_decoded(&self) -> bool {
+        self.is_decoded
+    }
+
+    /// Gets ready to be drawn from where the card decodes.
+    pub fn sit(
+        &mut self,
+        gpu: &Gpu,
+        pipelines: &Pipelines,
+        decoded: Option<&DecodedPipelines>,
+        seat: Seat,
+        surface: &DecodedSurface<'_>,
+    ) {
+        self.seat = Some(seat);
+        self.is_decoded = false;
+        match surface {
+            DecodedSurface::Buffers(buffers, first) => {
+                let count = self.vertex_count as u64;
+                let part = |buffer: &wgpu::Buffer, bytes: u64| Part {
+                    buffer: buffer.clone(),
+                    first: bytes * first,
+                    length: bytes * count,
+                };
+                self.positions_rest_m = part(&buffers.positions, 12);
+                self.normals_rest = part(&buffers.normals, 12);
+                self.offset_sizes_m = part(&buffers.sizes, 4);
+                if let (Some(skin), Some(skinned)) = (&pipelines.skin, &mut self.skinned) {
+                    let bound = [
+                        (0, self.matrices.as_entire_binding()),
+                        (1, self.positions_rest_m.binding()),
+                        (2, self.normals_rest.binding()),
+                        (3, self.joints.as_entire_binding()),
+                        (4, self.weights.as_entire_binding()),
+                        (5, skinned.positions.as_entire_binding()),
+                        (6, skinned.normals.as_entire_binding()),
+                    ];
+                    skinned.group = bind_group(gpu, "skinning pass", &skin.layout, &bound);
+                }
+                // What the buffers held stays behind.
+                self.has_surface = false;
+            }
+            DecodedSurface::Textures(positions, normals, place) => {
+                let Some(decoded) = decoded else {
+                    return;
+                };
+                let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("decoded place"),
+                    size: size_of_val(place) as u64,
+                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                });
+                gpu.queue
+                    .write_buffer(&uniform, 0, bytemuck::bytes_of(place));
+                let [positions, normals] =
+                    [positions, normals].map(|texture| texture.create_view(&Default::default()));
+                let bound = [
+                    (0, self.matrices.as_entire_binding()),
+                    (7, self.material.as_entire_binding()),
+                    (8, wgpu::BindingResource::TextureView(&positions)),
+                    (9, wgpu::BindingResource::TextureView(&normals)),
+                    (10, uniform.as_entire_binding()),
+                ];
+                let group = bind_group(gpu, "decoded body", &decoded.draw_layout, &bound);
+                self.decoded_group = Some(group);
+            }
+        }
+    }
+
+    /// Takes note of the surface without offsets, where the card decodes.
+    pub fn take_still(&mut self, queue: &wgpu::Queue, positions_m: &[f32]) {
+        if let Some(hem) = self.hem.take() {
+            queue.write_buffer(&self.colors, 0, &hem.cut(positions_m));
+        }
+        // Its boxes are a few centimetres off where tissue swings, which shadows do not show.
+        self.still_parts.update(positions_m);
+        self.stale = true;
+    }
+
+    /// The card's surface is the one to be drawn, and it changed.
+    pub fn show_decoded(&mut self) {
+        self.is_decoded = true;
+        self.has_surface = true;
+        self.stale = true;
     }
 
     /// Shows the body in another look: its colours at once, its surface with the next that it gets.
@@ -300,7 +453,12 @@ impl Body {
 
     /// Boxes around the body's parts in the world.
     pub fn world_parts(&self) -> impl Iterator<Item = WorldPart> + '_ {
-        self.parts.in_world(&self.placed)
+        let parts = if self.is_decoded {
+            &self.still_parts
+        } else {
+            &self.parts
+        };
+        parts.in_world(&self.placed)
     }
 
     /// Skins in a pass that has the frame bound, unless nothing changed.
@@ -319,36 +477,54 @@ impl Body {
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        let [joints, weights, colors] =
+            [&self.joints, &self.weights, &self.colors].map(|b| b.slice(..));
+        if let Some(group) = self.textures() {
+            pass.set_bind_group(1, group, &[]);
+            return self.draw_with(pass, &[joints, weights, colors]);
+        }
         pass.set_bind_group(1, &self.draw_group, &[]);
-        let rest = &self.positions_rest_m;
-        let sizes = &self.offset_sizes_m;
+        let rest = self.positions_rest_m.slice();
+        let sizes = self.offset_sizes_m.slice();
         match &self.skinned {
             Some(Skinned {
                 positions, normals, ..
             }) => {
-                self.draw_with(pass, &[positions, normals, rest, sizes, &self.colors]);
+                let [positions, normals] = [positions, normals].map(|b| b.slice(..));
+                self.draw_with(pass, &[positions, normals, rest, sizes, colors]);
             }
             None => {
-                let (normals, joints, weights) = (&self.normals_rest, &self.joints, &self.weights);
-                self.draw_with(pass, &[rest, normals, joints, weights, sizes, &self.colors]);
+                let normals = self.normals_rest.slice();
+                self.draw_with(pass, &[rest, normals, joints, weights, sizes, colors]);
             }
         }
     }
 
+    /// What the body is drawn with where the vertex stage reads its surface from textures, which takes other
+    /// pipelines.
+    pub fn textures(&self) -> Option<&wgpu::BindGroup> {
+        self.decoded_group.as_ref().filter(|_| self.is_decoded)
+    }
+
     pub fn draw_shadow(&self, pass: &mut wgpu::RenderPass<'_>) {
-        match &self.skinned {
-            Some(skinned) => self.draw_with(pass, &[&skinned.positions]),
-            None => {
+        let [joints, weights] = [&self.joints, &self.weights].map(|b| b.slice(..));
+        match (&self.skinned, self.textures()) {
+            (Some(skinned), _) => self.draw_with(pass, &[skinned.positions.slice(..)]),
+            (None, Some(group)) => {
+                pass.set_bind_group(1, group, &[]);
+                self.draw_with(pass, &[joints, weights]);
+            }
+            (None, None) => {
                 pass.set_bind_group(1, &self.draw_group, &[]);
-                self.draw_with(pass, &[&self.positions_rest_m, &self.joints, &self.weights]);
+                self.draw_with(pass, &[self.positions_rest_m.slice(), joints, weights]);
             }
         }
     }
 
     /// Draws from buffers in the pipeline's order of slots.
-    fn draw_with(&self, pass: &mut wgpu::RenderPass<'_>, buffers: &[&wgpu::Buffer]) {
+    fn draw_with(&self, pass: &mut wgpu::RenderPass<'_>, buffers: &[wgpu::BufferSlice<'_>]) {
         for (slot, buffer) in (0..).zip(buffers) {
-            pass.set_vertex_buffer(slot, buffer.slice(..));
+            pass.set_vertex_buffer(slot, *buffer);
         }
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);
@@ -367,18 +543,18 @@ fn without_offsets<'a>(positions_m: &'a [f32], offsets: OffsetSizes<'_>) -> Cow<
     }
 }
 
-/// A bind group of whole buffers at the given bindings.
+/// A bind group of resources at the given bindings.
 fn bind_group(
     gpu: &Gpu,
     label: &str,
     layout: &wgpu::BindGroupLayout,
-    buffers: &[(u32, &wgpu::Buffer)],
+    resources: &[(u32, wgpu::BindingResource<'_>)],
 ) -> wgpu::BindGroup {
-    let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
+    let entries: Vec<wgpu::BindGroupEntry<'_>> = resources
         .iter()
-        .map(|(binding, buffer)| wgpu::BindGroupEntry {
+        .map(|(binding, resource)| wgpu::BindGroupEntry {
             binding: *binding,
-            resource: buffer.as_entire_binding(),
+            resource: resource.clone(),
         })
         .collect();
     let descriptor = wgpu::BindGroupDescriptor {

@@ -91,6 +91,27 @@ pub enum RenderError {
         /// The id asked for.
         id: u32,
     },
+    /// No decoder has this id, or it belongs to another renderer.
+    #[error("no decoder has the id {id}; use the id that add_decoder returned")]
+    UnknownDecoder {
+        /// The id asked for.
+        id: u32,
+    },
+    /// The card cannot write to textures of 32-bit floats (WebGL2 without `EXT_color_buffer_float`).
+    #[error("this graphics card cannot decode; decode on the CPU instead")]
+    DecodingUnsupported,
+    /// The body is not decoded on the card.
+    #[error("the body {id} is not decoded on the card; call decode_body first")]
+    NotDecoded {
+        /// Its id.
+        id: u32,
+    },
+    /// Clothes that span hollows are made from positions on the CPU.
+    #[error("the body {id} is draped, for which its surface is needed; use set_surface")]
+    DrapedDecoding {
+        /// Its id.
+        id: u32,
+    },
     /// Reading skinned positions back needs compute shaders, which WebGL2 lacks.
     #[error(
         "skinned positions can only be read back where the GPU has compute shaders (WebGPU); skin on the CPU instead"

@@ -16,7 +16,11 @@ pub(crate) const MAX_OCCLUDERS: usize = 48;
 /// Triangles of the floor disc (`shader/floor.wgsl`, `DISC_SEGMENTS`).
 pub(crate) const DISC_SEGMENTS: u32 = 64;
 
-/// Threads of one workgroup of the skinning pass (`shader/skin_compute.wgsl`).
+/// Bodies that one batch decodes (`shader/decode.wgsl`, `MAX_SLOTS`).
+pub(crate) const MAX_SLOTS: usize = 64;
+
+/// Threads of one workgroup of the passes that skin and decode (`shader/skin_compute.wgsl`,
+/// `shader/decode_compute.wgsl`).
 pub(crate) const SKIN_WORKGROUP: u32 = 64;
 
 /// `Frame` of `shader/frame.wgsl`; the fields' meaning stands there.
@@ -112,6 +116,26 @@ impl SkinUniform {
     }
 }
 
+/// `Batch` of `shader/decode.wgsl`; the fields' meaning stands there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct BatchUniform {
+    pub vertex_count: u32,
+    pub body_rows: u32,
+    pub stride: u32,
+    pub height: u32,
+    pub slots: [u32; MAX_SLOTS],
+}
+
+/// `DecodedPlace` of `shader/decoded.wgsl`; the fields' meaning stands there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct DecodedPlace {
+    pub first_row: u32,
+    pub width: u32,
+    pub padding: [u32; 2],
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,6 +184,12 @@ mod tests {
         let second = offset_of!(MaterialUniform, second_linear);
         let material = layout(Shader::BODY_SKINNED, "Material", "second_linear");
         assert_eq!(material, (size_of::<MaterialUniform>(), second));
+        let slots = offset_of!(BatchUniform, slots);
+        let batch = layout(Shader::DECODE_COMPUTE, "Batch", "slots");
+        assert_eq!(batch, (size_of::<BatchUniform>(), slots));
+        let width = offset_of!(DecodedPlace, width);
+        let place = layout(Shader::BODY_DECODED, "DecodedPlace", "width");
+        assert_eq!(place, (size_of::<DecodedPlace>(), width));
         let second = offset_of!(SkinUniform, dual_quaternions);
         let skin = layout(Shader::SKIN, "SkinJoints", "dual_quaternions");
         assert_eq!(skin, (size_of::<SkinUniform>(), second));

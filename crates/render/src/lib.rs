@@ -9,11 +9,17 @@
 //! Light is computed linearly, tone-mapped in the fragment stage and encoded to sRGB there, the
 //! same on every backend. A shadow map holds the key light's view; its vertices are the ones drawn.
 //!
+//! Where offsets are a matrix times latents ([`DecoderMatrix`]), the card can make the surface itself:
+//! the caller passes latents alone ([`Renderer::set_latents`]), and all bodies of a decoder are decoded by
+//! a few passes.
+//!
 //! It does not depend on networks, clocks or JavaScript.
 
 mod body;
 mod camera;
 mod check;
+mod decoder;
+mod decoding;
 mod error;
 mod gpu;
 mod gpu_data;
@@ -33,6 +39,8 @@ mod targets;
 pub use body::OffsetSizes;
 pub use camera::Camera;
 pub use dynaskin_skeleton::Skinning;
+pub use decoder::DecoderMatrix;
+pub use decoding::DecoderId;
 pub use error::RenderError;
 pub use gpu::{DeviceLost, Gpu, SkinningPath};
 pub use heat::heat_ramp_srgb;

@@ -2,7 +2,8 @@
 
 use crate::{
     Gpu, Shader, SkinningPath,
-    gpu_data::{FrameUniform, MaterialUniform, SkinUniform},
+    decoding::{FLOATS, texture_entry},
+    gpu_data::{DecodedPlace, FrameUniform, MaterialUniform, SkinUniform},
     targets::DEPTH_FORMAT,
 };
 
@@ -73,6 +74,11 @@ const SKINNING_BODY: [Attribute; 6] = [
     (wgpu::VertexFormat::Float32, 4),
     (wgpu::VertexFormat::Unorm8x4, 5),
 ];
+
+/// Vertex buffers of `shader/body_from_textures.wgsl` and `shader/shadow_from_textures.wgsl`, in the order of
+/// `Body::draw` and `Body::draw_shadow`.
+const DECODED_BODY: [Attribute; 3] = [JOINTS, WEIGHTS, (wgpu::VertexFormat::Unorm8x4, 5)];
+const DECODED_SHADOW: [Attribute; 2] = [JOINTS, WEIGHTS];
 
 /// Vertex buffers of the shadow pass, in the order of `Body::draw_shadow`.
 const SKINNED_SHADOW: [Attribute; 1] = [SKINNED_POSITION];
@@ -162,6 +168,58 @@ impl Pipelines {
     }
 }
 
+/// What draws bodies that fragment passes have decoded.
+#[derive(Debug)]
+pub(crate) struct DecodedPipelines {
+    /// A body's material, matrices and decoded surface.
+    pub draw_layout: wgpu::BindGroupLayout,
+    pub shadow: wgpu::RenderPipeline,
+    pub body: wgpu::RenderPipeline,
+}
+
+impl DecodedPipelines {
+    pub fn new(
+        device: &wgpu::Device,
+        pipelines: &Pipelines,
+        format: wgpu::TextureFormat,
+        sample_count: u32,
+    ) -> Self {
+        let vertex = wgpu::ShaderStages::VERTEX;
+        let entries = [
+            uniform::<SkinUniform>(0, vertex),
+            uniform::<MaterialUniform>(7, wgpu::ShaderStages::FRAGMENT),
+            texture_entry(8, vertex, FLOATS),
+            texture_entry(9, vertex, FLOATS),
+            uniform::<DecodedPlace>(10, vertex),
+        ];
+        let draw_layout = bind_group_layout(device, "decoded body", &entries);
+        let shadow = Stage {
+            shader: Shader::SHADOW_DECODED,
+            layout: &pipeline_layout(device, &pipelines.frame_layout, Some(&draw_layout)),
+            vertex: "vs_shadow",
+            fragment: None,
+            attributes: &DECODED_SHADOW,
+            depth_compare: wgpu::CompareFunction::Less,
+            cull: None,
+            sample_count: 1,
+        };
+        let body = Stage {
+            shader: Shader::BODY_DECODED,
+            layout: &pipeline_layout(device, &pipelines.scene_layout, Some(&draw_layout)),
+            vertex: "vs_body",
+            fragment: Some(("fs_body", format)),
+            attributes: &DECODED_BODY,
+            sample_count,
+            ..shadow
+        };
+        Self {
+            shadow: shadow.pipeline(device),
+            body: body.pipeline(device),
+            draw_layout,
+        }
+    }
+}
+
 /// What differs between the render pipelines.
 #[derive(Clone, Copy)]
 struct Stage<'a> {
@@ -243,7 +301,7 @@ fn vertex_buffer(attributes: &[wgpu::VertexAttribute; 1]) -> wgpu::VertexBufferL
     }
 }
 
-fn pipeline_layout(
+pub(crate) fn pipeline_layout(
     device: &wgpu::Device,
     first: &wgpu::BindGroupLayout,
     second: Option<&wgpu::BindGroupLayout>,
@@ -256,7 +314,7 @@ fn pipeline_layout(
     })
 }
 
-fn bind_group_layout(
+pub(crate) fn bind_group_layout(
     device: &wgpu::Device,
     label: &str,
     entries: &[wgpu::BindGroupLayoutEntry],
@@ -267,7 +325,10 @@ fn bind_group_layout(
     })
 }
 
-fn uniform<T>(binding: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
+pub(crate) fn uniform<T>(
+    binding: u32,
+    visibility: wgpu::ShaderStages,
+) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
         visibility,

@@ -10,10 +10,12 @@ use crate::{
     BodyMesh, Camera, DeviceLost, Gpu, Look, OffsetSizes, PixelSize, RenderError,
     body::Body,
     check,
+    decoder::DecoderMatrix,
+    decoding::{DecoderId, Decoding},
     gpu_data::{DISC_SEGMENTS, FrameUniform, HEAT_STOPS, JOINT_COUNT},
     heat::{heat_stops_linear, linear_from_srgb},
     parts::WorldPart,
-    pipelines::Pipelines,
+    pipelines::{DecodedPipelines, Pipelines},
     readback,
     shadow::ShadowMap,
     studio,
@@ -78,6 +80,10 @@ pub struct Renderer {
     frame_group: wgpu::BindGroup,
     scene_group: wgpu::BindGroup,
     bodies: BTreeMap<BodyId, Body>,
+    /// Made with the first decoder.
+    decoding: Option<Decoding>,
+    /// Likewise; none where a compute pass decodes.
+    decoded: Option<DecodedPipelines>,
     next_id: u32,
     camera: Camera,
     background: Background,
@@ -164,6 +170,8 @@ impl Renderer {
             frame_group,
             scene_group,
             bodies: BTreeMap::new(),
+            decoding: None,
+            decoded: None,
             next_id: 0,
             camera: Camera::default(),
             background: Background::default(),
@@ -208,10 +216,121 @@ impl Renderer {
     ///
     /// [`RenderError::UnknownBody`].
     pub fn remove_body(&mut self, id: BodyId) -> Result<(), RenderError> {
-        self.bodies
-            .remove(&id)
-            .map(drop)
-            .ok_or(RenderError::UnknownBody { id: id.0 })
+        let body = self.bodies.remove(&id);
+        let body = body.ok_or(RenderError::UnknownBody { id: id.0 })?;
+        if let (Some(seat), Some(decoding)) = (body.seat(), &mut self.decoding) {
+            decoding.free(seat);
+        }
+        Ok(())
+    }
+
+    /// Adds a decoder, whose bodies then need latents alone: see [`Self::decode_body`]. It stays as long as the
+    /// renderer.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError::DecodingUnsupported`]; wrong lengths, indices or order, numbers that are not finite,
+    /// [`RenderError::TooLarge`].
+    pub fn add_decoder(&mut self, matrix: &DecoderMatrix<'_>) -> Result<DecoderId, RenderError> {
+        let decoding = match &mut self.decoding {
+            Some(decoding) => decoding,
+            none => {
+                let decoding = Decoding::new(&self.gpu)?;
+                if self.pipelines.skin.is_none() {
+                    let (device, format) = (&self.gpu.device, self.output.format());
+                    let pipelines = &self.pipelines;
+                    let decoded =
+                        DecodedPipelines::new(device, pipelines, format, self.sample_count);
+                    self.decoded = Some(decoded);
+                }
+                none.insert(decoding)
+            }
+        };
+        decoding.add(&self.gpu, matrix)
+    }
+
+    /// Lets `decoder` decode a body on the card from now on, or tells it that surface, gains or limits of the
+    /// body changed. What is drawn changes with [`Self::set_latents`].
+    ///
+    /// # Shapes
+    ///
+    /// `still_positions_m`, the surface without offsets in metres, is `[V][3]` flattened; `gains` (factors)
+    /// and `limits_m` (the longest offset in metres; up to half of it is left as it is) are one a soft vertex
+    /// of the decoder.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError::UnknownBody`], [`RenderError::UnknownDecoder`], [`RenderError::WrongLength`], also for a
+    /// decoder of another mesh, [`RenderError::NonFinite`], [`RenderError::TooLarge`].
+    pub fn decode_body(
+        &mut self,
+        id: BodyId,
+        decoder: DecoderId,
+        still_positions_m: &[f32],
+        gains: &[f32],
+        limits_m: &[f32],
+    ) -> Result<(), RenderError> {
+        let body = self
+            .bodies
+            .get_mut(&id)
+            .ok_or(RenderError::UnknownBody { id: id.0 })?;
+        let unknown = RenderError::UnknownDecoder {
+            id: decoder.index(),
+        };
+        let decoding = self.decoding.as_mut().ok_or(unknown)?;
+        let own = body.seat().filter(|seat| seat.decoder == decoder);
+        let seat = match own {
+            Some(seat) => seat,
+            None => decoding.seat(&self.gpu, decoder, body.vertex_count())?,
+        };
+        let queue = &self.gpu.queue;
+        let set = decoding.set_body(queue, seat, still_positions_m, gains, limits_m);
+        if own.is_none() {
+            if let Err(error) = set {
+                decoding.free(seat);
+                return Err(error);
+            }
+            if let Some(before) = body.seat() {
+                decoding.free(before);
+            }
+            let surface = decoding.surface(seat);
+            body.sit(
+                &self.gpu,
+                &self.pipelines,
+                self.decoded.as_ref(),
+                seat,
+                &surface,
+            );
+        }
+        set?;
+        if body.is_decoded() {
+            decoding.touch(seat);
+        }
+        body.take_still(queue, still_positions_m);
+        Ok(())
+    }
+
+    /// Shows a body as its decoder makes it of `latents` (L numbers), less those at rest: all 0 is the surface
+    /// without offsets.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError::UnknownBody`], [`RenderError::NotDecoded`], [`RenderError::DrapedDecoding`],
+    /// [`RenderError::WrongLength`], [`RenderError::NonFinite`].
+    pub fn set_latents(&mut self, id: BodyId, latents: &[f32]) -> Result<(), RenderError> {
+        let body = self
+            .bodies
+            .get_mut(&id)
+            .ok_or(RenderError::UnknownBody { id: id.0 })?;
+        let (Some(seat), Some(decoding)) = (body.seat(), &mut self.decoding) else {
+            return Err(RenderError::NotDecoded { id: id.0 });
+        };
+        if body.is_draped() {
+            return Err(RenderError::DrapedDecoding { id: id.0 });
+        }
+        decoding.set_latents(seat, latents)?;
+        body.show_decoded();
+        Ok(())
     }
 
     /// Gives a body its surface in the rest pose, offsets included: once, or every frame.
@@ -235,7 +354,11 @@ impl Renderer {
             .bodies
             .get_mut(&id)
             .ok_or(RenderError::UnknownBody { id: id.0 })?;
-        body.set_surface(queue, positions_rest_m, normals_rest, offsets)
+        body.set_surface(queue, positions_rest_m, normals_rest, offsets)?;
+        if let (Some(seat), Some(decoding)) = (body.seat(), &mut self.decoding) {
+            decoding.leave(seat);
+        }
+        Ok(())
     }
 
     /// Poses a body: per joint of SMPL's skeleton, the matrix from rest-pose to world coordinates
@@ -395,6 +518,7 @@ impl Renderer {
         };
         self.write_frame();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.encode_decoding(&mut encoder);
         self.encode_skinning(&mut encoder);
         self.encode_shadow(&mut encoder);
         self.encode_picture(&mut encoder, &picture);
@@ -417,19 +541,54 @@ impl Renderer {
         id: BodyId,
     ) -> Result<impl Future<Output = Result<Vec<f32>, RenderError>> + use<>, RenderError> {
         self.gpu.check_health()?;
+        // Before anything is encoded: what is not submitted would never be decoded.
+        let body = self.bodies.get(&id);
+        let body = body.ok_or(RenderError::UnknownBody { id: id.0 })?;
+        let skinned = body.skinned_positions().cloned();
+        let skinned = skinned.ok_or(RenderError::ReadBackUnsupported)?;
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.encode_decoding(&mut encoder);
         self.encode_skinning(&mut encoder);
+        let host = readback::host_buffer(&self.gpu.device, skinned.size());
+        encoder.copy_buffer_to_buffer(&skinned, 0, &host, 0, skinned.size());
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(readback::read(self.gpu.device.clone(), host))
+    }
+
+    /// Decodes on the card and reads the surface back, in the rest pose: positions in metres and unit normals,
+    /// both `[V][3]` flattened. The future borrows nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`RenderError::UnknownBody`], [`RenderError::NotDecoded`], and what the device reports.
+    pub fn read_decoded(
+        &mut self,
+        id: BodyId,
+    ) -> Result<impl Future<Output = Result<[Vec<f32>; 2], RenderError>> + use<>, RenderError> {
+        self.gpu.check_health()?;
         let body = self
             .bodies
             .get(&id)
             .ok_or(RenderError::UnknownBody { id: id.0 })?;
-        let skinned = body
-            .skinned_positions()
-            .ok_or(RenderError::ReadBackUnsupported)?;
-        let host = readback::host_buffer(&self.gpu.device, skinned.size());
-        encoder.copy_buffer_to_buffer(skinned, 0, &host, 0, skinned.size());
+        let vertex_count = body.vertex_count();
+        let seat = body.seat().filter(|_| body.is_decoded());
+        let (Some(seat), Some(decoding)) = (seat, &mut self.decoding) else {
+            return Err(RenderError::NotDecoded { id: id.0 });
+        };
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        decoding.encode(&self.gpu.queue, &mut encoder);
+        let (hosts, numbers) = decoding.copy(&self.gpu.device, seat, &mut encoder);
         self.gpu.queue.submit([encoder.finish()]);
-        Ok(readback::read(self.gpu.device.clone(), host))
+        let device = self.gpu.device.clone();
+        Ok(async move {
+            let mut surface = [Vec::new(), Vec::new()];
+            for (vectors, host) in surface.iter_mut().zip(hosts) {
+                let read: Vec<f32> = readback::read(device.clone(), host).await?;
+                let own = read.chunks_exact(numbers).take(vertex_count);
+                vectors.extend(own.flat_map(|vector| &vector[..3]));
+            }
+            Ok(surface)
+        })
     }
 
     /// Pixels of the last picture of an offscreen renderer: rows from the top, RGBA, sRGB-encoded.
@@ -505,6 +664,12 @@ impl Renderer {
             .write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&frame));
     }
 
+    fn encode_decoding(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(decoding) = &mut self.decoding {
+            decoding.encode(&self.gpu.queue, encoder);
+        }
+    }
+
     fn encode_skinning(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let Some(skin) = &self.pipelines.skin else {
             return;
@@ -521,9 +686,21 @@ impl Renderer {
         let mut pass = self.shadow.begin_pass(encoder);
         pass.set_pipeline(&self.pipelines.shadow);
         pass.set_bind_group(0, &self.frame_group, &[]);
-        for body in self.bodies.values().filter(|body| body.is_drawn()) {
+        for body in self.drawn(false) {
             body.draw_shadow(&mut pass);
         }
+        if let Some(decoded) = &self.decoded {
+            pass.set_pipeline(&decoded.shadow);
+            for body in self.drawn(true) {
+                body.draw_shadow(&mut pass);
+            }
+        }
+    }
+
+    /// Bodies that are drawn with the pipelines for surfaces in textures, or the others.
+    fn drawn(&self, from_textures: bool) -> impl Iterator<Item = &Body> {
+        let bodies = self.bodies.values().filter(|body| body.is_drawn());
+        bodies.filter(move |body| body.textures().is_some() == from_textures)
     }
 
     fn encode_picture(&self, encoder: &mut wgpu::CommandEncoder, picture: &wgpu::TextureView) {
@@ -531,8 +708,14 @@ impl Renderer {
         pass.set_bind_group(0, &self.scene_group, &[]);
         // Bodies first: the floor and the backdrop are then shaded only where they are seen.
         pass.set_pipeline(&self.pipelines.body);
-        for body in self.bodies.values().filter(|body| body.is_drawn()) {
+        for body in self.drawn(false) {
             body.draw(&mut pass);
+        }
+        if let Some(decoded) = &self.decoded {
+            pass.set_pipeline(&decoded.body);
+            for body in self.drawn(true) {
+                body.draw(&mut pass);
+            }
         }
         pass.set_pipeline(&self.pipelines.floor);
         pass.draw(0..3 * DISC_SEGMENTS, 0..1);

@@ -10,8 +10,16 @@ const FLOOR: &str = include_str!("../shader/floor.wgsl");
 const BODY: &str = include_str!("../shader/body.wgsl");
 const BODY_SKINNED: &str = include_str!("../shader/body_skinned.wgsl");
 const BODY_SKINNING: &str = include_str!("../shader/body_skinning.wgsl");
+const BODY_FROM_BUFFERS: &str = include_str!("../shader/body_from_buffers.wgsl");
+const BODY_FROM_TEXTURES: &str = include_str!("../shader/body_from_textures.wgsl");
 const SHADOW_SKINNED: &str = include_str!("../shader/shadow_skinned.wgsl");
 const SHADOW_SKINNING: &str = include_str!("../shader/shadow_skinning.wgsl");
+const SHADOW_FROM_BUFFERS: &str = include_str!("../shader/shadow_from_buffers.wgsl");
+const SHADOW_FROM_TEXTURES: &str = include_str!("../shader/shadow_from_textures.wgsl");
+const DECODE: &str = include_str!("../shader/decode.wgsl");
+const DECODE_COMPUTE: &str = include_str!("../shader/decode_compute.wgsl");
+const DECODE_FRAGMENT: &str = include_str!("../shader/decode_fragment.wgsl");
+const DECODED: &str = include_str!("../shader/decoded.wgsl");
 
 /// One shader module: its parts in order.
 #[derive(Clone, Copy, Debug)]
@@ -36,17 +44,45 @@ impl Shader {
     /// Body skinned by its vertex stage.
     pub const BODY_SKINNING: Self = Self::new(
         "body_skinning",
-        &[FRAME, STUDIO, SKIN, BODY, BODY_SKINNING],
+        &[FRAME, STUDIO, SKIN, BODY, BODY_SKINNING, BODY_FROM_BUFFERS],
+        true,
+    );
+    /// Body decoded by fragment passes and skinned by its vertex stage.
+    pub const BODY_DECODED: Self = Self::new(
+        "body_decoded",
+        &[
+            FRAME,
+            STUDIO,
+            SKIN,
+            BODY,
+            BODY_SKINNING,
+            DECODED,
+            BODY_FROM_TEXTURES,
+        ],
         true,
     );
     /// Shadow over skinned buffers.
     pub const SHADOW_SKINNED: Self = Self::new("shadow_skinned", &[FRAME, SHADOW_SKINNED], false);
     /// Shadow skinned by its vertex stage.
-    pub const SHADOW_SKINNING: Self =
-        Self::new("shadow_skinning", &[FRAME, SKIN, SHADOW_SKINNING], true);
+    pub const SHADOW_SKINNING: Self = Self::new(
+        "shadow_skinning",
+        &[FRAME, SKIN, SHADOW_SKINNING, SHADOW_FROM_BUFFERS],
+        true,
+    );
+    /// Shadow of a body decoded by fragment passes.
+    pub const SHADOW_DECODED: Self = Self::new(
+        "shadow_decoded",
+        &[FRAME, SKIN, SHADOW_SKINNING, DECODED, SHADOW_FROM_TEXTURES],
+        true,
+    );
+    /// Compute pass that decodes.
+    pub const DECODE_COMPUTE: Self = Self::new("decode", &[DECODE, DECODE_COMPUTE], false);
+    /// Fragment passes that decode.
+    pub const DECODE_FRAGMENT: Self =
+        Self::new("decode_fragment", &[DECODE, DECODE_FRAGMENT], true);
 
     /// Every module.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 11] = [
         Self::SKIN,
         Self::BACKDROP,
         Self::FLOOR,
@@ -54,6 +90,10 @@ impl Shader {
         Self::BODY_SKINNING,
         Self::SHADOW_SKINNED,
         Self::SHADOW_SKINNING,
+        Self::BODY_DECODED,
+        Self::SHADOW_DECODED,
+        Self::DECODE_COMPUTE,
+        Self::DECODE_FRAGMENT,
     ];
 
     const fn new(name: &'static str, parts: &'static [&'static str], on_webgl2: bool) -> Self {

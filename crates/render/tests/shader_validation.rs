@@ -63,7 +63,7 @@ fn every_shader_validates() {
 #[test]
 fn webgl2_shaders_translate_to_glsl_es_300() {
     let webgl2: Vec<&Shader> = Shader::ALL.iter().filter(|s| s.on_webgl2).collect();
-    assert_eq!(webgl2.len(), 4);
+    assert_eq!(webgl2.len(), 7);
     let failures: Vec<String> = webgl2.iter().filter_map(|s| glsl_es_300(s).err()).collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
@@ -74,5 +74,14 @@ fn skinning_is_written_once() {
         .iter()
         .filter(|shader| shader.wgsl().contains("world_from_rest[joints.x]"));
     let names: Vec<&str> = with_skinning.map(|shader| shader.name).collect();
-    assert_eq!(names, ["skin", "body_skinning", "shadow_skinning"]);
+    assert_eq!(
+        names,
+        [
+            "skin",
+            "body_skinning",
+            "shadow_skinning",
+            "body_decoded",
+            "shadow_decoded"
+        ]
+    );
 }
