@@ -1,6 +1,7 @@
 // npm run bench:actors: what four actors cost the page's main thread a frame in Chromium, drawn by
 // dynaskin/renderer: steps, uploads, and the calls that draw. Run `npm run build` before. What the
 // graphics card needs for a frame is not measured here; docs/renderer.md estimates it.
+import { launchFor } from "./lib/bench-page.mjs";
 import { main, say, step } from "./lib/run.mjs";
 import { serve } from "./lib/serve.mjs";
 import { findChromium } from "./toolchain.mjs";
@@ -12,21 +13,8 @@ const GROUPS = [
 /** Small, so that a graphics card in software does not take the processor from the page. */
 const SIZE = [64, 36];
 
-const QUIET = ["--no-sandbox", "--disable-quic", "--no-first-run", "--enable-unsafe-swiftshader"];
-const WEBGPU = [
-  ...["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan"],
-  ...["--use-vulkan=swiftshader", "--use-angle=swiftshader"],
-];
-
 async function measure(backend, executablePath, url) {
-  const { chromium } = await import("@playwright/test");
-  // A WebGPU canvas presents only in a window.
-  const own =
-    backend === "webgpu" ? { headless: false, args: WEBGPU } : { args: ["--disable-gpu"] };
-  const browser = await chromium.launch({
-    ...{ executablePath, ...own },
-    args: [...QUIET, ...own.args],
-  });
+  const browser = await launchFor(backend, executablePath);
   try {
     const results = [];
     for (const kinds of GROUPS) {

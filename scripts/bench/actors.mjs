@@ -78,7 +78,7 @@ async function createAvatar(load, model, own, kind) {
 }
 
 /** Call before the renderer is made; gives a function that waits for what was submitted. */
-function watchGraphicsCard(canvas, backend) {
+export function watchGraphicsCard(canvas, backend) {
   if (backend === "webgl2") {
     return async () => {
       const gl = canvas.getContext("webgl2");
@@ -99,6 +99,6 @@ function watchGraphicsCard(canvas, backend) {
   };
 }
 
-function median(values) {
+export function median(values) {
   return values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
 }

@@ -26,10 +26,12 @@ pub(crate) async fn read<T: Pod>(
         // The future may have been dropped: nobody wants the data then.
         let _ = sender.send(outcome);
     });
-    // Browsers poll by themselves, and this returns at once there.
-    device
-        .poll(wgpu::PollType::wait_indefinitely())
-        .map_err(|error| failed(error.to_string()))?;
+    // With WebGPU a browser polls by itself, and this returns at once. With WebGL2 nobody may wait: whoever
+    // awaits this polls the device between the page's tasks.
+    match device.poll(wgpu::PollType::wait_indefinitely()) {
+        Ok(_) | Err(wgpu::PollError::Timeout) => {}
+        Err(error) => return Err(failed(error.to_string())),
+    }
     match receiver.await {
         Ok(Ok(())) => {}
         Ok(Err(error)) => return Err(failed(error.to_string())),

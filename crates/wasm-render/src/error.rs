@@ -18,12 +18,14 @@ pub(crate) fn from_render(error: RenderError) -> JsValue {
         | RenderError::NoDevice { .. }
         | RenderError::Surface { .. } => "no-adapter",
         RenderError::SurfaceLost | RenderError::DeviceLost { .. } => "lost",
-        RenderError::ReadBackUnsupported => "no-read-back",
+        RenderError::ReadBackUnsupported | RenderError::NotDecoded { .. } => "no-read-back",
         RenderError::WrongLength { .. }
         | RenderError::NonFinite { .. }
         | RenderError::OutOfRange { .. }
         | RenderError::TooLarge { .. }
-        | RenderError::UnknownBody { .. } => "argument",
+        | RenderError::UnknownBody { .. }
+        | RenderError::UnknownDecoder { .. }
+        | RenderError::DrapedDecoding { .. } => "argument",
         _ => "gpu",
     };
     js_error(code, &error.to_string())

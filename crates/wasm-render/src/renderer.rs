@@ -1,19 +1,35 @@
 //! The renderer as JavaScript sees it.
 
 use dynaskin_render::{
-    Background, BodyId, BodyMesh, Camera, Frame, Look, OffsetSizes, PixelSize, Renderer as Inner,
-    Skinning, heat_ramp_srgb,
+    Background, BodyId, BodyMesh, Camera, DecoderId, DecoderMatrix, Frame, Look, OffsetSizes,
+    PixelSize, RenderError, Renderer as Inner, Skinning, heat_ramp_srgb,
 };
+use std::future::{Future, poll_fn};
+use std::pin::pin;
+use std::task::Poll;
+
+use dynaskin_render::wgpu::PollType;
 use glam::{Mat4, Vec3};
-use js_sys::{Float32Array, Promise};
+use js_sys::{Float32Array, Function, Promise};
 use wasm_bindgen::prelude::*;
-use wasm_bindgen_futures::future_to_promise;
+use wasm_bindgen_futures::{JsFuture, future_to_promise};
 use web_sys::HtmlCanvasElement;
 
 use crate::{
     backend::{self, Backend},
     error::{from_render, js_error},
 };
+
+#[wasm_bindgen]
+extern "C" {
+    #[wasm_bindgen(js_name = setTimeout)]
+    fn set_timeout(then: &Function);
+}
+
+/// Waits until the page's next task.
+async fn next_task() -> Result<JsValue, JsValue> {
+    JsFuture::from(Promise::new(&mut |then, _| set_timeout(&then))).await
+}
 
 /// The heat map's colours for a legend: 16 times red, green, blue, sRGB-encoded, 0..=1, evenly
 /// spaced from no offset to the end of the range.
@@ -120,6 +136,92 @@ impl Renderer {
         self.inner
             .set_surface(id, positions_rest_m, normals_rest, offsets)
             .map_err(from_render)
+    }
+
+    /// Adds a decoder and returns its id; nothing where this card cannot decode it. `faces` are those of its
+    /// bodies, of `vertex_count` vertices; soft vertex `i` has the weights from number `starts[i]` up to
+    /// `starts[i + 1]`, `weights_m` (3 each) of `latents` (1 each).
+    #[allow(clippy::too_many_arguments)] // Arrays without a name, as JavaScript passes them.
+    pub fn add_decoder(
+        &mut self,
+        vertex_count: usize,
+        faces: &[u32],
+        soft_vertices: &[u32],
+        starts: &[u32],
+        latents: &[u32],
+        weights_m: &[f32],
+        latent_count: usize,
+    ) -> Result<Option<u32>, JsValue> {
+        let matrix = DecoderMatrix {
+            vertex_count,
+            faces,
+            soft_vertices,
+            starts,
+            latents,
+            weights_m,
+            latent_count,
+        };
+        match self.inner.add_decoder(&matrix) {
+            Ok(id) => Ok(Some(id.index())),
+            Err(RenderError::DecodingUnsupported | RenderError::TooLarge { .. }) => Ok(None),
+            Err(error) => Err(from_render(error)),
+        }
+    }
+
+    /// Lets a decoder decode a body, or tells that these changed: positions without offsets (3 a vertex,
+    /// metres), and of the soft vertices gains, then limits in metres.
+    pub fn decode_body(
+        &mut self,
+        id: u32,
+        decoder: u32,
+        still_positions_m: &[f32],
+        vertex_controls: &[f32],
+    ) -> Result<(), JsValue> {
+        let (gains, limits_m) = vertex_controls.split_at(vertex_controls.len() / 2);
+        let decoder = DecoderId::from_index(decoder);
+        self.inner
+            .decode_body(
+                BodyId::from_index(id),
+                decoder,
+                still_positions_m,
+                gains,
+                limits_m,
+            )
+            .map_err(from_render)
+    }
+
+    /// Shows a body as its decoder makes it of `latents`. False for a draped body, which needs a surface.
+    pub fn set_latents(&mut self, id: u32, latents: &[f32]) -> Result<bool, JsValue> {
+        match self.inner.set_latents(BodyId::from_index(id), latents) {
+            Ok(()) => Ok(true),
+            Err(RenderError::DrapedDecoding { .. }) => Ok(false),
+            Err(error) => Err(from_render(error)),
+        }
+    }
+
+    /// Reads back the surface that the card has decoded, in the rest pose: positions in metres, then
+    /// normals, 3 a vertex.
+    pub fn read_decoded(&mut self, id: u32) -> Result<Promise, JsValue> {
+        let reading = self
+            .inner
+            .read_decoded(BodyId::from_index(id))
+            .map_err(from_render)?;
+        let device = self.inner.gpu().device().clone();
+        Ok(future_to_promise(async move {
+            let mut reading = pin!(reading);
+            loop {
+                let asked = poll_fn(|context| Poll::Ready(reading.as_mut().poll(context)));
+                if let Poll::Ready(surface) = asked.await {
+                    let surface = surface.map_err(from_render)?;
+                    return Ok(Float32Array::from(surface.concat().as_slice()).into());
+                }
+                // WebGL2 tells what is done between two tasks of the page alone, and only who asks.
+                next_task().await?;
+                device
+                    .poll(PollType::Poll)
+                    .map_err(|error| js_error("gpu", &error.to_string()))?;
+            }
+        }))
     }
 
     /// Poses a body: 24 column-major 4-by-4 matrices from rest-pose to world coordinates.

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use dynaskin_body::{Figure, Figures, Pose, Region, Trait};
 use dynaskin_runtime::{
-    Avatar, Controls, Detail, Model, PoseSource, Settled, Skinning, StepReport,
+    Avatar, Controls, Decoding, Detail, LinearDecoder, Model, PoseSource, Settled, Skinning,
+    StepReport,
 };
 use wasm_bindgen::prelude::*;
 
@@ -61,6 +62,11 @@ impl CoreAvatar {
             report: None,
             traits: Arc::clone(traits),
         })
+    }
+
+    fn of_decoder<T>(&self, list: impl FnOnce(&LinearDecoder) -> Vec<T>) -> Vec<T> {
+        let avatar = self.avatar.borrow();
+        avatar.model().linear_decoder().map_or(Vec::new(), list)
     }
 
     /// Moves on by `dt_seconds` to a pose.
@@ -548,6 +554,98 @@ impl CoreAvatar {
         let avatar = self.avatar.borrow();
         let joints = avatar.joints_rest_m().iter();
         joints.flat_map(|joint| joint.to_array()).collect()
+    }
+
+    /// Whether surfaces are decoded by [`Self::update_surface`] alone, where that can be.
+    #[wasm_bindgen(getter, js_name = decodesOnDemand)]
+    pub fn decodes_on_demand(&self) -> bool {
+        self.avatar.borrow().decoding() == Decoding::OnDemand
+    }
+
+    /// Sets that.
+    #[wasm_bindgen(setter, js_name = decodesOnDemand)]
+    pub fn set_decodes_on_demand(&mut self, on: bool) {
+        let decoding = if on {
+            Decoding::OnDemand
+        } else {
+            Decoding::InStep
+        };
+        self.avatar.borrow_mut().set_decoding(decoding);
+    }
+
+    /// Decodes what was not decoded.
+    #[wasm_bindgen(js_name = updateSurface)]
+    pub fn update_surface(&mut self) {
+        self.avatar.borrow_mut().update_surface();
+    }
+
+    /// Address of what is not decoded, f32 `[latent]`, until the avatar changes in any way; 0 where
+    /// everything is decoded.
+    #[wasm_bindgen(js_name = undecodedPtr)]
+    pub fn undecoded_ptr(&self) -> usize {
+        let avatar = self.avatar.borrow();
+        let latents = avatar.undecoded_latents();
+        latents.map_or(0, |latents| latents.as_ptr() as usize)
+    }
+
+    /// Another number after every change of the surface, decoded or not.
+    #[wasm_bindgen(getter, js_name = surfaceRevision)]
+    pub fn surface_revision(&self) -> u32 {
+        self.avatar.borrow().surface_revision()
+    }
+
+    /// Another number after every change of [`Self::vertex_controls`].
+    #[wasm_bindgen(getter, js_name = controlsRevision)]
+    pub fn controls_revision(&self) -> u32 {
+        self.avatar.borrow().controls_revision()
+    }
+
+    /// Gains of the soft vertices, then their limits in metres.
+    #[wasm_bindgen(js_name = vertexControls)]
+    pub fn vertex_controls(&self) -> Vec<f32> {
+        let avatar = self.avatar.borrow();
+        [avatar.vertex_gains(), avatar.vertex_limits_m()].concat()
+    }
+
+    /// Positions of the shape without offsets, `[vertex][3]`, metres.
+    #[wasm_bindgen(js_name = stillPositions)]
+    pub fn still_positions(&self) -> Vec<f32> {
+        let avatar = self.avatar.borrow();
+        let positions = avatar.still_positions_rest_m().iter();
+        positions.flat_map(|position| position.to_array()).collect()
+    }
+
+    /// The decoder as a matrix: for each soft vertex where its weights begin, and the end; empty where
+    /// there is no such matrix.
+    #[wasm_bindgen(js_name = decoderStarts)]
+    pub fn decoder_starts(&self) -> Vec<u32> {
+        self.of_decoder(|decoder| decoder.starts().to_vec())
+    }
+
+    /// Of each of its weights, the latent that it is multiplied with.
+    #[wasm_bindgen(js_name = decoderLatents)]
+    pub fn decoder_latents(&self) -> Vec<u32> {
+        self.of_decoder(|decoder| decoder.latents().to_vec())
+    }
+
+    /// Its weights, `[weight][3]`, metres.
+    #[wasm_bindgen(js_name = decoderWeights)]
+    pub fn decoder_weights(&self) -> Vec<f32> {
+        self.of_decoder(|decoder| decoder.weights().as_flattened().to_vec())
+    }
+
+    /// How many latents it takes.
+    #[wasm_bindgen(js_name = latentCount)]
+    pub fn latent_count(&self) -> usize {
+        let avatar = self.avatar.borrow();
+        let decoder = avatar.model().linear_decoder();
+        decoder.map_or(0, LinearDecoder::latent_count)
+    }
+
+    /// Vertices that the networks move, ascending.
+    #[wasm_bindgen(js_name = softVertices)]
+    pub fn soft_vertices(&self) -> Vec<u32> {
+        self.avatar.borrow().model().soft_vertices().to_vec()
     }
 
     /// Address of the offsets, f32 `[vertex][3]`, metres, rest pose.

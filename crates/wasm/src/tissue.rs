@@ -84,7 +84,8 @@ impl CoreTissue {
     /// `avatar` must have the binding's shape and not have been stepped.
     #[wasm_bindgen(constructor)]
     pub fn new(binding: &CoreBinding, avatar: &CoreAvatar) -> CoreTissue {
-        let avatar = avatar.avatar.borrow();
+        let mut avatar = avatar.avatar.borrow_mut();
+        avatar.update_surface();
         let binding = binding.binding.clone();
         let count = binding.rig.bones.len();
         Self {
@@ -225,7 +226,8 @@ impl CoreTissue {
 
     /// Shows the avatar's present offsets.
     pub fn refresh(&mut self, avatar: &CoreAvatar) {
-        let avatar = avatar.avatar.borrow();
+        let mut avatar = avatar.avatar.borrow_mut();
+        avatar.update_surface();
         self.player
             .update(avatar.offsets_rest_m(), avatar.normals_rest());
     }

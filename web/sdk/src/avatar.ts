@@ -10,6 +10,7 @@ import {
   regionIndex,
 } from "./controls.js";
 import { type Core, CoreArray } from "./core.js";
+import { type DecoderMatrix, type Decoding, isCard, type Undecoded } from "./decoding.js";
 import { checkDistance, type Detail, detailIndex, detailOf } from "./detail.js";
 import { DynaSkinError } from "./error.js";
 import { type Figure, figureNumbers, figureOf, isFigure, type Shape } from "./figure.js";
@@ -74,7 +75,9 @@ export class Avatar {
   /** Made with the first call of {@link skinned}: the core has none before. */
   #skinned: Record<keyof SkinnedSurface, CoreArray> | null = null;
   readonly #core: Core;
+  readonly #matrix: (raw: CoreAvatar) => DecoderMatrix | null;
   #raw: CoreAvatar | null;
+  #decoding: Decoding = "cpu";
 
   /** @internal */
   constructor(
@@ -83,7 +86,9 @@ export class Avatar {
     vertexCount: number,
     /** The body without shape; null where it was disposed of. @internal */
     readonly restBody: () => RestBody | null,
+    matrix: (raw: CoreAvatar) => DecoderMatrix | null = () => null,
   ) {
+    this.#matrix = matrix;
     this.#core = core;
     this.#raw = raw;
     const array = (locate: () => number, length: number) => new CoreArray(core, locate, length);
@@ -176,6 +181,9 @@ export class Avatar {
   #view(name: "offsets" | "positions" | "normals" | "skinMatrices"): Float32Array {
     // A view of freed memory would show whatever is there now.
     this.#assertAlive();
+    if (this.#decoding === "card" && name !== "skinMatrices") {
+      this.#core.guard(() => this.raw.updateSurface());
+    }
     return this.#arrays[name].view;
   }
 
@@ -396,6 +404,55 @@ export class Avatar {
     const idx = detailIndex(detail);
     this.#core.guard(() => {
       this.raw.detail = idx;
+    });
+  }
+
+  /**
+   * Who turns what the network predicts into offsets; see {@link Decoding}. `cpu` by default. May change while the
+   * avatar moves; what it shows stays the same. Any other string throws `argument`.
+   */
+  get decoding(): Decoding {
+    return this.#decoding;
+  }
+
+  set decoding(decoding: Decoding) {
+    const onDemand = isCard(decoding);
+    this.#core.guard(() => {
+      this.raw.decodesOnDemand = onDemand;
+    });
+    this.#decoding = decoding;
+  }
+
+  /**
+   * Whether the last step left decoding to the card; otherwise it decoded, because {@link decoding} says so or
+   * the card cannot.
+   */
+  get isLeftToCard(): boolean {
+    return this.#core.guard(() => this.raw.undecodedPtr() !== 0);
+  }
+
+  /**
+   * What a renderer decodes it from; null where the arrays of the surface are to be used.
+   *
+   * @internal
+   */
+  get undecoded(): Undecoded | null {
+    if (this.#decoding === "cpu") return null;
+    return this.#core.guard(() => {
+      const { raw } = this;
+      const start = raw.undecodedPtr();
+      const matrix = start === 0 ? null : this.#matrix(raw);
+      if (matrix === null) return null;
+      return {
+        matrix,
+        latents: () => new Float32Array(this.#core.memory.buffer, start, matrix.latentCount),
+        surfaceRevision: raw.surfaceRevision,
+        constantsRevision: `${raw.revision} ${raw.controlsRevision}`,
+        constants: () => ({
+          stillPositions: raw.stillPositions(),
+          vertexControls: raw.vertexControls(),
+        }),
+      };
     });
   }
 

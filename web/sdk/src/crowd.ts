@@ -1,6 +1,7 @@
 import { Avatar } from "./avatar.js";
 import { checkNumber, checkObject } from "./check.js";
 import type { Core } from "./core.js";
+import { type Decoding, isCard } from "./decoding.js";
 import { DynaSkinError } from "./error.js";
 import { checkPoses, POSE_LENGTH, type Pose } from "./pose.js";
 import type { CoreCrowd } from "./wasm/core.js";
@@ -56,6 +57,7 @@ export class Crowd {
   #raw: CoreCrowd | null;
   #poses = new Float64Array(0);
   #levelOfDetail: LevelOfDetail | null = null;
+  #decoding: Decoding | null = null;
 
   /** @internal */
   constructor(core: Core, raw: CoreCrowd) {
@@ -92,6 +94,7 @@ export class Crowd {
       throw new DynaSkinError("argument", "A crowd takes avatars, as createAvatar() gives them.");
     }
     this.#core.guard(() => this.#alive.add(avatar.raw));
+    if (this.#decoding !== null) avatar.decoding = this.#decoding;
     this.#avatars = Object.freeze([...this.#avatars, avatar]);
     this.#poses = new Float64Array(0);
   }
@@ -170,6 +173,22 @@ export class Crowd {
       asleepBeyondM,
       ...(budgetMs === undefined ? {} : { budgetMs }),
     };
+  }
+
+  /**
+   * Who decodes all avatars of the crowd, those that are added later included: sets their
+   * {@link Avatar.decoding}. Null, the default, leaves each its own. Any other string throws `argument`.
+   */
+  get decoding(): Decoding | null {
+    return this.#decoding;
+  }
+
+  set decoding(decoding: Decoding | null) {
+    if (decoding !== null) {
+      isCard(decoding);
+      for (const avatar of this.#avatars) avatar.decoding = decoding;
+    }
+    this.#decoding = decoding;
   }
 
   /** What the last {@link stepAll} did and cost. */

@@ -24,6 +24,7 @@ export {
 } from "./bundle.js";
 export type { ControlChanges, ControlPreset, Controls, RegionControls } from "./controls.js";
 export { Crowd, type CrowdReport, type LevelOfDetail } from "./crowd.js";
+export type { Decoding } from "./decoding.js";
 export type { Detail } from "./detail.js";
 export { DynaSkinError, type DynaSkinErrorCode } from "./error.js";
 export type { Figure, Shape } from "./figure.js";

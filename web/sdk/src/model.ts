@@ -5,12 +5,13 @@ import { REGION_NAMES } from "./bundle.js";
 import { checkObject } from "./check.js";
 import type { Core } from "./core.js";
 import { Crowd } from "./crowd.js";
+import { type DecoderMatrix, type Decoding, isCard, matrixOf } from "./decoding.js";
 import { DynaSkinError } from "./error.js";
 import { isFigure, type Shape } from "./figure.js";
 import { checkLength, SHAPE_LENGTH } from "./pose.js";
 import { type PoseSource, poseSourceIndex } from "./pose-source.js";
 import { isDualQuaternion, type Skinning } from "./skinning.js";
-import type { CoreBody, CoreModel } from "./wasm/core.js";
+import type { CoreAvatar, CoreBody, CoreModel } from "./wasm/core.js";
 
 /** How an avatar begins. */
 export interface AvatarOptions {
@@ -28,6 +29,8 @@ export interface AvatarOptions {
   poseCorrectives?: boolean;
   /** How the motions of the joints are blended; `linear` if left out. See {@link Avatar.skinning}. */
   skinning?: Skinning;
+  /** Who decodes; `cpu` if left out. See {@link Avatar.decoding}. In a worker it is always `cpu`. */
+  decoding?: Decoding;
 }
 
 /** The constant data of a body: what an engine needs to draw it. Copies; keep them. */
@@ -127,6 +130,8 @@ export class Model {
   readonly #core: Core;
   readonly #ownsBody: boolean;
   #raw: CoreModel | null;
+  /** Made when first needed; null where there is none. */
+  #matrix: DecoderMatrix | null | undefined;
 
   /** @internal */
   constructor(core: Core, raw: CoreModel, body: Body, bundle: Bundle, ownsBody: boolean) {
@@ -164,10 +169,14 @@ export class Model {
   createAvatar(options: AvatarOptions = {}): Avatar {
     const shape = toShape(options);
     const avatar = this.#core.guard(() => this.#alive.createAvatar(shape));
-    return asWished(
-      new Avatar(this.#core, avatar, this.body.vertexCount, () => this.body.atRest()),
-      options,
-    );
+    const rest = () => this.body.atRest();
+    const matrix = (raw: CoreAvatar) => this.#matrixOf(raw);
+    return asWished(new Avatar(this.#core, avatar, this.body.vertexCount, rest, matrix), options);
+  }
+
+  #matrixOf(raw: CoreAvatar): DecoderMatrix | null {
+    if (this.#matrix === undefined) this.#matrix = matrixOf(raw);
+    return this.#matrix;
   }
 
   /** A crowd without avatars, for many avatars of this model; see {@link Crowd}. */
@@ -193,10 +202,11 @@ export class Model {
 }
 
 function asWished(avatar: Avatar, options: AvatarOptions): Avatar {
-  const { poseSource, shape, poseCorrectives, skinning } = options;
+  const { poseSource, shape, poseCorrectives, skinning, decoding } = options;
   if (poseSource !== undefined) avatar.poseSource = poseSource;
   if (poseCorrectives !== undefined) avatar.poseCorrectives = poseCorrectives;
   if (skinning !== undefined) avatar.skinning = skinning;
+  if (decoding !== undefined) avatar.decoding = decoding;
   if (shape === undefined || !isFigure(shape)) return avatar;
   try {
     avatar.setShape(shape);
@@ -212,6 +222,7 @@ function toShape(options: AvatarOptions): Float32Array {
   checkObject("options", options);
   if (options.poseSource !== undefined) poseSourceIndex(options.poseSource);
   if (options.skinning !== undefined) isDualQuaternion(options.skinning);
+  if (options.decoding !== undefined) isCard(options.decoding);
   const { shape } = options;
   if (shape === undefined || isFigure(shape)) return new Float32Array(SHAPE_LENGTH);
   checkLength("shape", shape, SHAPE_LENGTH);

@@ -5,6 +5,7 @@
  * @module
  */
 
+import type { DecoderMatrix, Undecoded } from "./decoding.js";
 import { DynaSkinError } from "./error.js";
 import { Instance } from "./instance.js";
 import type { Body } from "./model.js";
@@ -69,6 +70,11 @@ export interface Surface {
    * a rotation and a translation after a uniform scale, as an avatar's are.
    */
   readonly skinning?: Skinning;
+}
+
+/** An avatar that leaves decoding to whoever draws it. */
+interface MaybeUndecoded extends Surface {
+  readonly undecoded?: Undecoded | null;
 }
 
 let starting: Promise<void> | null = null;
@@ -208,6 +214,8 @@ export class Renderer {
   #recovering: Promise<void> | null = null;
   #isDisposed = false;
   readonly #bodies = new Set<BodyHandle>();
+  /** Decoders of the present device; null for what it cannot decode. */
+  #decoders = new Map<DecoderMatrix, number | null>();
   // What a renderer that comes back has to be told again.
   #camera: Camera | null = null;
   #background: Background | null = null;
@@ -257,6 +265,7 @@ export class Renderer {
   }
 
   #begin(raw: glue.Renderer): void {
+    this.#decoders = new Map();
     const watch = new AbortController();
     const context = new Promise<string>((resolve) => {
       const taken = (event: Event) => {
@@ -321,6 +330,31 @@ export class Renderer {
     const handle = new BodyHandle(this, body, (gone) => this.#bodies.delete(gone));
     this.#bodies.add(handle);
     return handle;
+  }
+
+  /** @internal The number of a decoder on the present device; null where it cannot decode. */
+  decoderOf(raw: glue.Renderer, body: Body, matrix: DecoderMatrix): number | null {
+    let id = this.#decoders.get(matrix);
+    if (id === undefined) {
+      const { softVertices, starts, latents, weightsM, latentCount } = matrix;
+      const { vertexCount, faces } = body;
+      id =
+        this.wasm.guard(() =>
+          raw.add_decoder(
+            ...([
+              vertexCount,
+              faces,
+              softVertices,
+              starts,
+              latents,
+              weightsM,
+              latentCount,
+            ] as const),
+          ),
+        ) ?? null;
+      this.#decoders.set(matrix, id);
+    }
+    return id;
   }
 
   /** Moves the camera. */
@@ -401,6 +435,8 @@ export class BodyHandle {
   /** Its number in the present renderer; null where there is none. */
   #id: number | null = null;
   #surface: Surface | null = null;
+  /** What the card decodes, and its revisions; null where the CPU does. */
+  #decoded: { of: Surface; constants: string; surface: number } | null = null;
   #placement: Placement = {};
   #look: Look = {};
   #isVisible = true;
@@ -417,6 +453,7 @@ export class BodyHandle {
   /** @internal Adds it to a renderer that is new or has come back. */
   restore(): void {
     this.#id = null;
+    this.#decoded = null;
     const { raw } = this.#renderer;
     if (!raw) return;
     const { faces, skinJoints, skinWeights, colors } = this.#body;
@@ -452,11 +489,36 @@ export class BodyHandle {
   update(surface: Surface): void {
     const isDual = isDualQuaternion(surface.skinning ?? "linear");
     this.#call((raw, id) => {
-      raw.set_surface(id, surface.positions, surface.normals, surface.offsets);
+      const { undecoded } = surface as MaybeUndecoded;
+      if (!undecoded || !this.#decode(raw, id, surface, undecoded)) {
+        this.#decoded = null;
+        raw.set_surface(id, surface.positions, surface.normals, surface.offsets);
+      }
       raw.set_skin_matrices(id, surface.skinMatrices);
       raw.set_skinning(id, isDual);
     });
     this.#surface = surface;
+  }
+
+  /** Whether the surface is decoded on the graphics card. */
+  get isDecodedOnCard(): boolean {
+    return this.#decoded !== null;
+  }
+
+  /** Leaves decoding to the card; returns whether it can. */
+  #decode(raw: glue.Renderer, id: number, of: Surface, undecoded: Undecoded): boolean {
+    const { surfaceRevision, constantsRevision } = undecoded;
+    const before = this.#decoded?.of === of ? this.#decoded : null;
+    if (before?.surface === surfaceRevision && before.constants === constantsRevision) return true;
+    const decoder = this.#renderer.decoderOf(raw, this.#body, undecoded.matrix);
+    if (decoder === null || this.#look.draped) return false;
+    if (before?.constants !== constantsRevision) {
+      const { stillPositions, vertexControls } = undecoded.constants();
+      raw.decode_body(id, decoder, stillPositions, vertexControls);
+    }
+    if (!raw.set_latents(id, undecoded.latents())) return false;
+    this.#decoded = { of, constants: constantsRevision, surface: surfaceRevision };
+    return true;
   }
 
   /** Displaces it from the position in its pose, for example to stand beside another with the same motion. */
@@ -470,6 +532,8 @@ export class BodyHandle {
     const { sculpture = false, draped = false } = look;
     this.#call((raw, id) => raw.set_look(id, sculpture, draped));
     this.#look = look;
+    // The next surface is made anew, on the card or not.
+    this.#decoded = null;
   }
 
   /** Shows or hides it. */
@@ -492,6 +556,24 @@ export class BodyHandle {
     }
     const id = this.#id;
     return this.#renderer.wasm.guardLater(() => raw.read_skinned_positions(id));
+  }
+
+  /**
+   * Reads back the surface that the graphics card has decoded, in the rest pose; for avatars with the
+   * {@link Avatar.decoding} `card`.
+   *
+   * @throws DynaSkinError `no-read-back` where the CPU decoded it, `lost` while the graphics card is lost
+   */
+  async readDecoded(): Promise<Pick<Surface, "positions" | "normals">> {
+    this.#checkPresent();
+    const { raw } = this.#renderer;
+    if (!raw || this.#id === null) {
+      throw new DynaSkinError("lost", "The graphics card is lost; call recover() first.");
+    }
+    const id = this.#id;
+    const both: Float32Array = await this.#renderer.wasm.guardLater(() => raw.read_decoded(id));
+    const half = both.length / 2;
+    return { positions: both.subarray(0, half), normals: both.subarray(half) };
   }
 
   /** Removes it from the scene and frees its buffers. May be called again, and after `dispose()` of the renderer. */
