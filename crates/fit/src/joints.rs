@@ -38,6 +38,10 @@ const HALVINGS: usize = 4;
 const FARTHEST_M: f32 = 0.3;
 
 /// Where the joints lie.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "three hundred bytes, a few times a fit"
+)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Joints {
     /// Where β puts them.

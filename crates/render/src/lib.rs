@@ -38,9 +38,9 @@ mod targets;
 
 pub use body::OffsetSizes;
 pub use camera::Camera;
-pub use dynaskin_skeleton::Skinning;
 pub use decoder::DecoderMatrix;
 pub use decoding::DecoderId;
+pub use dynaskin_skeleton::Skinning;
 pub use error::RenderError;
 pub use gpu::{DeviceLost, Gpu, SkinningPath};
 pub use heat::heat_ramp_srgb;
