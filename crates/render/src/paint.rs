@@ -102,7 +102,6 @@ mod tests {
 
     const SKIN: [u8; 4] = [206, 176, 155, 255];
     const CLOTH: [u8; 4] = [38, 66, 85, 255];
-    const HALF: [u8; 4] = [122, 121, 120, 255];
 
     fn paint(colors: &[[u8; 4]], faces: &[u32]) -> Paint {
         Paint::new(&BodyMesh {

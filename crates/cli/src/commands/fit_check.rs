@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
 use dynaskin_body::{JOINT_COUNT, Joint, Pose, SHAPE_COUNT};
-use dynaskin_fit::{Case, CaseReport, CheckOptions, Joints, Objective, Rigidity, check_fit};
+use dynaskin_fit::{Case, CaseReport, CheckOptions, Joints, Objective, check_fit};
 use dynaskin_motion::{Clip, Procedural, ProceduralKind};
 use dynaskin_npz::Writer;
 use dynaskin_sim::{Run, captures};
