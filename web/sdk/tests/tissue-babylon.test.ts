@@ -1,13 +1,14 @@
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
 import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
 import { ImportMeshAsync } from "@babylonjs/core/Loading/sceneLoader.js";
+import type { Material } from "@babylonjs/core/Materials/material.js";
 import { Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import "@babylonjs/loaders/glTF/index.js";
 import { type Model, Motion } from "dynaskin";
-import { AvatarTissue, type Binding, bindAvatar } from "dynaskin/babylon";
+import { AvatarTissue, type Binding, bindAvatar, DynaSkin } from "dynaskin/babylon";
 import { bindAvatar as bindInThree } from "dynaskin/three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { afterAll, beforeAll, describe, expect, it, vi } from "vitest";
@@ -191,6 +192,30 @@ describe("AvatarTissue in Babylon.js", () => {
     expect(largestDifference(tangent, tangents)).toBeGreaterThan(0.02);
     expect(worst).toBeLessThan(1e-5);
     tissue.dispose();
+  });
+
+  it("shares a material and its shadows with dual quaternions, in either order", async () => {
+    const { root, mesh } = await loadBody();
+    const other = (await loadBody()).mesh;
+    const material = mesh.material as Material;
+    other.material = material;
+    const version = vi.spyOn(engine, "version", "get").mockReturnValue(2);
+    const avatar = model.createAvatar({ skinning: "dual-quaternion" });
+    const starts = [
+      () => new AvatarTissue(model, root, binding, { write: "texture" }),
+      () => new DynaSkin(avatar, other),
+    ];
+    for (const order of [starts, starts.toReversed()]) {
+      const [first, second] = order.map((start) => start());
+      const wrapper = material.shadowDepthWrapper;
+      expect(wrapper).not.toBeNull();
+      first?.dispose();
+      expect(material.shadowDepthWrapper).toBe(wrapper);
+      second?.dispose();
+      expect(material.shadowDepthWrapper).toBeNull();
+    }
+    version.mockRestore();
+    avatar.dispose();
   });
 
   it("refuses another avatar, and nothing", async () => {

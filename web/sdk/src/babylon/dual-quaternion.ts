@@ -6,7 +6,13 @@ import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import { bonesVertex } from "@babylonjs/core/Shaders/ShadersInclude/bonesVertex.js";
 import { DUAL_QUATERNIONS } from "../adapter/dual-quaternion.js";
 import { DynaSkinError } from "../error.js";
-import { checkMesh, StagedMeshes, StagePlugin, type VertexEdit } from "./staged-mesh.js";
+import {
+  checkMesh,
+  PluggedMeshes,
+  type PluginKind,
+  type Refusal,
+  ShapingPlugin,
+} from "./shared-plugin.js";
 
 const PLUGIN = "dynaskin-dual-quaternion";
 const DEFINE = "DYNASKIN_DUAL_QUATERNION";
@@ -15,6 +21,21 @@ const MOST_BONES = 4;
 
 /** Where Babylon's shaders take over the mean of the bones' matrices. */
 const MEAN = "finalWorld=finalWorld*influence;";
+
+const REFUSAL: Refusal = {
+  what: 'skinning "dual-quaternion" cannot be added',
+  otherwise:
+    'Set avatar.skinning to "linear", or give the mesh a StandardMaterial or a PBRMaterial.',
+  otherEngine:
+    'Skinning "dual-quaternion" is for Babylon\'s engine with WebGL 2, and this is another one. ' +
+    'Set avatar.skinning to "linear".',
+};
+
+const KIND: PluginKind = {
+  name: PLUGIN,
+  make: (material) => new DualQuaternionPlugin(material),
+  refusal: REFUSAL,
+};
 
 /** Meshes that blend dual quaternions. */
 const staged = new WeakSet<AbstractMesh>();
@@ -26,19 +47,19 @@ const staged = new WeakSet<AbstractMesh>();
  */
 export function blendDualQuaternions(mesh: Mesh): { detach(): void } {
   check(mesh);
-  const meshes = new StagedMeshes(EDIT);
+  const plugged = new PluggedMeshes(KIND);
   staged.add(mesh);
-  meshes.add(mesh);
+  plugged.add(mesh);
   return {
     detach: () => {
       staged.delete(mesh);
-      meshes.detach();
+      plugged.dispose();
     },
   };
 }
 
 function check(mesh: Mesh): void {
-  checkMesh(mesh, EDIT);
+  checkMesh(mesh, REFUSAL);
   const why = !bonesVertex.shader.includes(MEAN)
     ? "this version of Babylon.js skins in another way"
     : !mesh.computeBonesUsingShaders
@@ -54,34 +75,23 @@ function check(mesh: Mesh): void {
 }
 
 /** Blends dual quaternions in a material, on meshes that want it. */
-class DualQuaternionPlugin extends StagePlugin {
+class DualQuaternionPlugin extends ShapingPlugin {
   constructor(material: Material) {
-    super(material, PLUGIN, DEFINE);
+    super(material, PLUGIN, [DEFINE]);
   }
 
   override getClassName(): string {
     return "DynaSkinDualQuaternionPlugin";
   }
 
-  protected override isStaged(mesh: AbstractMesh): boolean {
-    return staged.has(mesh);
+  protected override definesOf(mesh: AbstractMesh): Record<string, boolean> {
+    return { [DEFINE]: staged.has(mesh) };
   }
 
   override getCustomCode(shaderType: string): Record<string, string> | null {
     return shaderType === "vertex" ? VERTEX_CODE : null;
   }
 }
-
-const EDIT: VertexEdit = {
-  plugin: PLUGIN,
-  make: (material) => new DualQuaternionPlugin(material),
-  refusal: 'skinning "dual-quaternion" cannot be added',
-  otherwise:
-    'Set avatar.skinning to "linear", or give the mesh a StandardMaterial or a PBRMaterial.',
-  otherEngine:
-    'Skinning "dual-quaternion" is for Babylon\'s engine with WebGL 2, and this is another one. ' +
-    'Set avatar.skinning to "linear".',
-};
 
 const SLOTS = [0, 1, 2, 3];
 

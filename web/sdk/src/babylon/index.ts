@@ -26,8 +26,8 @@ import { checkAligned, findBones, type RigOptions, type TissueSource } from "../
 import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
-import { keepPositions, type LastPicture, plugMotionVectors } from "./motion-vectors.js";
 import { blendDualQuaternions } from "./dual-quaternion.js";
+import { keepPositions, type LastPicture, plugMotionVectors } from "./motion-vectors.js";
 import { withSurface } from "./own-geometry.js";
 import { vectorsOf } from "./read-avatar.js";
 import type { PluggedMeshes } from "./shared-plugin.js";

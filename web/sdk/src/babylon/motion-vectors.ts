@@ -1,18 +1,15 @@
 // Where vertices were in the frame before, for the motion vectors of Babylon's pre-pass.
 
 import type { Material } from "@babylonjs/core/Materials/material.js";
-import type { MaterialDefines } from "@babylonjs/core/Materials/materialDefines.js";
 import type { AbstractMesh } from "@babylonjs/core/Meshes/abstractMesh.js";
 import type { Geometry } from "@babylonjs/core/Meshes/geometry.js";
 import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { Scene } from "@babylonjs/core/scene.js";
-import { PluggedMeshes, SharedPlugin, takesPlugins } from "./shared-plugin.js";
+import { PluggedMeshes, type PluginKind, SharedPlugin } from "./shared-plugin.js";
 
 /** Name of the attribute in geometries of ours. */
 const PREVIOUS = "dynaskinPrevious";
 const PLUGIN = "dynaskin motion";
-/** After plugins that change shapes usually do. */
-const PRIORITY = 200;
 /** Babylon's number for the language of WebGPU. */
 const WGSL = 1;
 
@@ -84,23 +81,21 @@ export function keepPositions(
 
 /** Lets the materials of meshes read what {@link keepPositions} keeps; those that take no plugins stay as they are. */
 export function plugMotionVectors(meshes: readonly Mesh[]): PluggedMeshes {
-  const plugged = new PluggedMeshes((material) =>
-    takesPlugins(material) ? pluginOf(material) : null,
-  );
+  const plugged = new PluggedMeshes(KIND);
   for (const mesh of meshes) plugged.add(mesh);
   return plugged;
 }
 
-function pluginOf(material: Material): MotionPlugin {
-  const known = material.pluginManager?.getPlugin<MotionPlugin>(PLUGIN);
-  return known ?? new MotionPlugin(material);
-}
+const KIND: PluginKind = {
+  name: PLUGIN,
+  make: (material) => new MotionPlugin(material),
+  refusal: null,
+};
 
 /** Moves what a material takes for the previous positions of meshes with tissue. */
 class MotionPlugin extends SharedPlugin {
   constructor(material: Material) {
-    super(material, PLUGIN, PRIORITY, { DYNASKIN_PREVIOUS: false });
-    this.doNotSerialize = true;
+    super(material, PLUGIN, ["DYNASKIN_PREVIOUS"]);
   }
 
   override getClassName(): string {
@@ -111,12 +106,8 @@ class MotionPlugin extends SharedPlugin {
     return true;
   }
 
-  override prepareDefines(defines: MaterialDefines, _: Scene, mesh: AbstractMesh): void {
-    const { DYNASKIN_PREVIOUS } = defines as MaterialDefines & { DYNASKIN_PREVIOUS: boolean };
-    const isFollowed = this.users > 0 && mesh.isVerticesDataPresent(PREVIOUS);
-    if (DYNASKIN_PREVIOUS === isFollowed) return;
-    Object.assign(defines, { DYNASKIN_PREVIOUS: isFollowed });
-    defines.markAsUnprocessed();
+  protected override definesOf(mesh: AbstractMesh): Record<string, boolean> {
+    return { DYNASKIN_PREVIOUS: this.users > 0 && mesh.isVerticesDataPresent(PREVIOUS) };
   }
 
   override getAttributes(attributes: string[], _: Scene, mesh: AbstractMesh): void {

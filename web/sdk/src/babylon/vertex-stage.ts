@@ -2,8 +2,6 @@
 
 import type { AbstractEngine } from "@babylonjs/core/Engines/abstractEngine.js";
 import type { Material } from "@babylonjs/core/Materials/material.js";
-import type { MaterialDefines } from "@babylonjs/core/Materials/materialDefines.js";
-import { ShadowDepthWrapper } from "@babylonjs/core/Materials/shadowDepthWrapper.js";
 import { RawTexture } from "@babylonjs/core/Materials/Textures/rawTexture.js";
 import { Texture } from "@babylonjs/core/Materials/Textures/texture.js";
 import type { UniformBuffer } from "@babylonjs/core/Materials/uniformBuffer.js";
@@ -12,9 +10,14 @@ import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { SubMesh } from "@babylonjs/core/Meshes/subMesh.js";
 import type { Scene } from "@babylonjs/core/scene.js";
 import { type BodyChanges, type FloatTexels, VERTEX_STAGE } from "../bind/vertex-stage.js";
-import { DynaSkinError } from "../error.js";
 import { LastPicture, previousInGlsl } from "./motion-vectors.js";
-import { materialsOf, PluggedMeshes, SharedPlugin, takesPlugins } from "./shared-plugin.js";
+import {
+  checkMesh,
+  PluggedMeshes,
+  type PluginKind,
+  type Refusal,
+  ShapingPlugin,
+} from "./shared-plugin.js";
 
 /** What the tissue of a vertex stage does not reach. */
 const NOTES = [
@@ -25,11 +28,20 @@ const NOTES = [
 
 /** Babylon's number for textures of floats. */
 const FLOATS = 1;
-/** Babylon's number for WebGL without integers in shaders. */
-const WEBGL_1 = 1;
 const PLUGIN = "dynaskin";
-/** After plugins that change shapes usually do. */
-const PRIORITY = 200;
+
+const REFUSAL: Refusal = {
+  what: 'write: "texture" cannot add tissue',
+  otherwise: "Leave write out, give the mesh a StandardMaterial or a PBRMaterial, or exclude it.",
+  otherEngine:
+    'write: "texture" is for Babylon\'s engine with WebGL 2, and this is another one. Leave write out.',
+};
+
+const KIND: PluginKind = {
+  name: PLUGIN,
+  make: (material) => new TissuePlugin(material),
+  refusal: REFUSAL,
+};
 
 /** What a mesh's vertices read. */
 interface Textures {
@@ -54,27 +66,8 @@ export interface StagedSurface {
  * @throws DynaSkinError `argument`
  */
 export function checkMeshes(meshes: readonly Mesh[]): string[] {
-  for (const mesh of meshes) {
-    const { isWebGPU, version } = mesh.getEngine() as AbstractEngine & { version?: number };
-    if (isWebGPU || version === WEBGL_1) {
-      throw new DynaSkinError(
-        "argument",
-        'write: "texture" is for Babylon\'s engine with WebGL 2, and this is another one. Leave write out.',
-      );
-    }
-    materialsOf(mesh).forEach(checkMaterial);
-  }
+  for (const mesh of meshes) checkMesh(mesh, REFUSAL);
   return [...NOTES];
-}
-
-function checkMaterial(material: Material): void {
-  if (takesPlugins(material)) return;
-  throw new DynaSkinError(
-    "argument",
-    `The material ${material.name || "without a name"} is a ${material.getClassName()}, to which ` +
-      'write: "texture" cannot add tissue. Leave write out, give the mesh a StandardMaterial or a PBRMaterial, ' +
-      "or exclude it.",
-  );
 }
 
 /** The textures of an avatar's tissue, and the materials of its meshes that read them. */
@@ -86,10 +79,7 @@ export class VertexStage {
   readonly #lastPicture: LastPicture | null = null;
   readonly #rows: RawTexture[] = [];
   readonly #meshes: Mesh[] = [];
-  readonly #plugged = new PluggedMeshes((material) => {
-    checkMaterial(material);
-    return pluginOf(material);
-  });
+  readonly #plugged = new PluggedMeshes(KIND);
 
   constructor(
     changes: BodyChanges,
@@ -142,18 +132,10 @@ function textureOf({ data, width, height }: FloatTexels, scene: Scene): RawTextu
   return texture;
 }
 
-function pluginOf(material: Material): TissuePlugin {
-  const known = material.pluginManager?.getPlugin<TissuePlugin>(PLUGIN);
-  return known ?? new TissuePlugin(material);
-}
-
 /** Adds tissue to a material, on meshes that have any; other meshes are drawn as without it. */
-class TissuePlugin extends SharedPlugin {
-  #shadows: ShadowDepthWrapper | null = null;
-
+class TissuePlugin extends ShapingPlugin {
   constructor(material: Material) {
-    super(material, PLUGIN, PRIORITY, { DYNASKIN: false, DYNASKIN_BEFORE: false });
-    this.doNotSerialize = true;
+    super(material, PLUGIN, ["DYNASKIN", "DYNASKIN_BEFORE"]);
     // Of meshes that share a material, each has textures of its own.
     this.registerForExtraEvents = true;
   }
@@ -162,34 +144,9 @@ class TissuePlugin extends SharedPlugin {
     return "DynaSkinTissuePlugin";
   }
 
-  override claim(): void {
-    const material = this._material;
-    if (!material.shadowDepthWrapper) {
-      // The usual shader of shadows knows nothing of plugins.
-      this.#shadows = new ShadowDepthWrapper(material, material.getScene());
-      material.shadowDepthWrapper = this.#shadows;
-    }
-    super.claim();
-  }
-
-  override release(): void {
-    super.release();
-    const material = this._material;
-    if (this.users > 0 || !this.#shadows) return;
-    if (material.shadowDepthWrapper === this.#shadows) material.shadowDepthWrapper = null;
-    this.#shadows.dispose();
-    this.#shadows = null;
-    this.markAllDefinesAsDirty();
-  }
-
-  override prepareDefines(defines: MaterialDefines, _: Scene, mesh: AbstractMesh): void {
-    const { DYNASKIN, DYNASKIN_BEFORE } = defines as MaterialDefines & Record<string, boolean>;
+  protected override definesOf(mesh: AbstractMesh): Record<string, boolean> {
     const textures = staged.get(mesh);
-    const hasTissue = textures !== undefined;
-    const hasBefore = textures?.before != null;
-    if (DYNASKIN === hasTissue && DYNASKIN_BEFORE === hasBefore) return;
-    Object.assign(defines, { DYNASKIN: hasTissue, DYNASKIN_BEFORE: hasBefore });
-    defines.markAsUnprocessed();
+    return { DYNASKIN: textures !== undefined, DYNASKIN_BEFORE: textures?.before != null };
   }
 
   override getSamplers(samplers: string[]): void {

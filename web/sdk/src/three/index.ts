@@ -24,8 +24,8 @@ import { checkAligned, findBones, type RigOptions, type TissueSource } from "../
 import type { MeshSkin } from "../adapter/vertex-map.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
-import { PreviousPositions } from "./motion-vectors.js";
 import { blendDualQuaternions } from "./dual-quaternion.js";
+import { PreviousPositions } from "./motion-vectors.js";
 import { withAttributes } from "./own-geometry.js";
 import { four, vectorsOf } from "./read-avatar.js";
 
