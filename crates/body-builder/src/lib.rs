@@ -4,7 +4,6 @@
 //! vertex count, the rig folded into SMPL's joints, and a shape space fitted. Adults only: age is
 //! 25 years and up. The chest is smoothed neutral.
 
-mod cloth;
 mod decimate;
 mod error;
 mod morphs;
@@ -124,17 +123,9 @@ pub fn build(
         });
         progress((idx + 1) as f32 / SAMPLE_COUNT as f32);
     }
-    let mut space = shape_space::analyse(&samples);
+    let space = shape_space::analyse(&samples);
     let traits = traits::traits(&attributes, &space.coefficients, mean_stature_m)?;
-    let (colors_srgba, cloth_shares) =
-        paint::clothed(sex, &space.template_m, &space.joint_template_m, &skin);
-    cloth::flatten(
-        &mut space.template_m,
-        &mut space.shape_dirs_m,
-        &thinned.faces,
-        &cloth_shares,
-        &thinned.mirror,
-    );
+    let colors_srgba = paint::colors_srgba(sex, &space.template_m, &space.joint_template_m, &skin);
     let model = BodyModel {
         name: sex.name().to_owned(),
         copyright: "CC0 1.0 (MakeHuman community assets)".to_owned(),

@@ -11,13 +11,13 @@ const CLOTH_SRGB: Vec3 = Vec3::new(38.0, 66.0, 84.0);
 /// even runs straight through them.
 const FADE_M: f32 = 0.02;
 
-/// sRGB colour and opacity per vertex, and how much of it is cloth, 0..=1.
-pub(super) fn clothed(
+/// sRGB colour and opacity per vertex.
+pub(super) fn colors_srgba(
     sex: Sex,
     positions_m: &[Vec3],
     joints_m: &[Vec3; 24],
     skin: &[SkinWeights],
-) -> (Vec<[u8; 4]>, Vec<f32>) {
+) -> Vec<[u8; 4]> {
     let joint = |j: Joint| joints_m[j as usize];
     let hip = joint(Joint::LeftHip);
     let knee = joint(Joint::LeftKnee);
@@ -78,11 +78,15 @@ pub(super) fn clothed(
                 inside_m(position.y - chest_low_y),
                 inside_m(position.y - (hip.y - 0.05)),
             ]);
-            let share = shorts.max(top);
-            let color = SKIN_SRGB.lerp(CLOTH_SRGB, share).round();
-            ([color.x as u8, color.y as u8, color.z as u8, 255], share)
+            let color = SKIN_SRGB.lerp(CLOTH_SRGB, shorts.max(top));
+            [
+                color.x.round() as u8,
+                color.y.round() as u8,
+                color.z.round() as u8,
+                255,
+            ]
         })
-        .unzip()
+        .collect()
 }
 
 /// How much cloth lies at `distance_m` inside its border.

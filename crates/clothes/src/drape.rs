@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use crate::pocket::{Placing, Pocket};
+use crate::pocket::Pocket;
 
 /// How often each vertex is moved towards its neighbours and back.
 const ROUNDS: usize = 30;
@@ -112,25 +112,18 @@ impl Drape {
         self.renew_normals(places, normals);
     }
 
+    /// Fine patches of the mesh that move wholly, as the first surface that is asked about has them; `[V]` positions
+    /// in metres and unit normals.
     fn pockets(&self, places: &[[f32; 3]], normals: &[[f32; 3]]) -> &[Pocket] {
-        self.pockets
-            .get_or_init(|| self.find_pockets(places, normals, Placing::Between))
-    }
-
-    /// The fine patches of the mesh that move wholly, on a surface of `[V]` positions in metres and unit normals.
-    pub fn find_pockets(
-        &self,
-        places: &[[f32; 3]],
-        normals: &[[f32; 3]],
-        placing: Placing,
-    ) -> Vec<Pocket> {
-        let mut neighbours: Vec<&[u32]> = vec![&[]; places.len()];
-        for (&(vertex, share), range) in self.movers.iter().zip(self.starts.windows(2)) {
-            if share >= 1.0 {
-                neighbours[vertex as usize] = &self.neighbours[range[0]..range[1]];
+        self.pockets.get_or_init(|| {
+            let mut neighbours: Vec<&[u32]> = vec![&[]; places.len()];
+            for (&(vertex, share), range) in self.movers.iter().zip(self.starts.windows(2)) {
+                if share >= 1.0 {
+                    neighbours[vertex as usize] = &self.neighbours[range[0]..range[1]];
+                }
             }
-        }
-        Pocket::find(&neighbours, places, normals, placing)
+            Pocket::find(&neighbours, places, normals)
+        })
     }
 
     /// The triangles' normals, weighted by their areas, at the vertices that moved.

@@ -9,5 +9,4 @@ mod pocket;
 mod tones;
 
 pub use drape::Drape;
-pub use pocket::{Placing, Pocket};
 pub use tones::Tones;

@@ -17,19 +17,9 @@ const SPREADING_ROUNDS: usize = 300;
 /// Vertices around a pocket that a fit needs to be sure of its terms.
 const LEAST_AROUND: usize = 2 * TERMS;
 
-/// Where in the plane of a pocket its inner vertices go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Placing {
-    /// Between their neighbours: even a form with steep sides does not fold.
-    Between,
-    /// Where they are: they move along the pocket's normal alone, so that what is known of each vertex, such as its
-    /// offsets, stays where it belongs.
-    Own,
-}
-
 /// A connected part of a surface whose vertices lie on what is around them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pocket {
+pub(crate) struct Pocket {
     inner: Vec<u32>,
     around: Vec<u32>,
     /// `[inner][around]` flattened; those of one vertex sum to 1.
@@ -39,12 +29,7 @@ pub struct Pocket {
 impl Pocket {
     /// The pockets of the vertices whose `neighbours` (`[V]`, empty for those that must stay) are given, on a surface
     /// with these positions (metres) and normals.
-    pub fn find(
-        neighbours: &[&[u32]],
-        places: &[[f32; 3]],
-        normals: &[[f32; 3]],
-        placing: Placing,
-    ) -> Vec<Self> {
+    pub fn find(neighbours: &[&[u32]], places: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<Self> {
         let is_fine = fine_vertices(neighbours, places);
         let mut is_taken = vec![false; places.len()];
         let mut pockets = Vec::new();
@@ -54,9 +39,7 @@ impl Pocket {
             }
             let inner = connected(vertex as u32, neighbours, &is_fine, &mut is_taken);
             let around = rings(&inner, neighbours);
-            pockets.extend(Self::fit(
-                inner, around, neighbours, places, normals, placing,
-            ));
+            pockets.extend(Self::fit(inner, around, neighbours, places, normals));
         }
         pockets
     }
@@ -68,7 +51,6 @@ impl Pocket {
         neighbours: &[&[u32]],
         places: &[[f32; 3]],
         normals: &[[f32; 3]],
-        placing: Placing,
     ) -> Option<Self> {
         if around.len() < LEAST_AROUND {
             return None;
@@ -88,13 +70,11 @@ impl Pocket {
             .sum::<f64>()
             / count;
         let mut plane = vec![DVec2::ZERO; places.len()];
-        for vertex in inner.iter().chain(&around) {
+        for vertex in &around {
             let from = (place(vertex) - middle) / radius;
             plane[*vertex as usize] = DVec2::new(from.dot(along_u), from.dot(along_v));
         }
-        if placing == Placing::Between {
-            spread(&inner, neighbours, &mut plane);
-        }
+        spread(&inner, neighbours, &mut plane);
         let terms = |vertex: &u32| {
             let DVec2 { x: u, y: v } = plane[*vertex as usize];
             [1.0, u, v, u * u, u * v, v * v]
@@ -112,8 +92,7 @@ impl Pocket {
         })
     }
 
-    /// Lays the inner vertices on what is around them. It is linear: what it does to a template and to shape
-    /// directions, it does to every shape.
+    /// Lays the inner vertices on what is around them.
     pub fn apply(&self, places: &mut [[f32; 3]]) {
         for (&vertex, weights) in self
             .inner
@@ -289,7 +268,7 @@ mod tests {
 
     fn pockets_of(places: &[[f32; 3]], normals: &[[f32; 3]], sets: &[Vec<u32>]) -> Vec<Pocket> {
         let neighbours: Vec<&[u32]> = sets.iter().map(Vec::as_slice).collect();
-        Pocket::find(&neighbours, places, normals, Placing::Between)
+        Pocket::find(&neighbours, places, normals)
     }
 
     #[test]
@@ -313,21 +292,6 @@ mod tests {
                     "{x} {y}: {z}, not {expected_m}"
                 );
             }
-        }
-    }
-
-    #[test]
-    fn vertices_that_keep_their_places_move_along_the_normal() {
-        let (mut places, normals, sets) = dome(0.0);
-        let before = places.clone();
-        let neighbours: Vec<&[u32]> = sets.iter().map(Vec::as_slice).collect();
-        for pocket in Pocket::find(&neighbours, &places, &normals, Placing::Own) {
-            pocket.apply(&mut places);
-        }
-        assert_ne!(places, before);
-        for ([x, y, z], [x_before, y_before, _]) in places.into_iter().zip(before) {
-            assert!((x - x_before).hypot(y - y_before) < 1e-5, "{x} {y}");
-            assert!((z + 4.0 * (x * x + y * y)).abs() < 2e-4, "{z}");
         }
     }
 
