@@ -11,9 +11,12 @@ import { loadBody as loadBodySlim } from "dynaskin/slim";
 import { DynaSkin as ThreeSkin } from "dynaskin/three";
 import { MeshBasicMaterial, ShaderMaterial, type SkinnedMesh } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { afterAll, beforeAll, describe, expect, it, vi } from "vitest";
 import { createThreadAvatar } from "./node-worker.js";
 import { expectError, largestDifference, loadModel, readModelFile } from "./support.js";
+
+// GLTFLoader asks the page for it, to make addresses of textures.
+vi.stubGlobal("self", globalThis);
 
 /** What `crates/runtime/tests/dual_quaternions.rs` writes. */
 interface Golden {
