@@ -160,7 +160,10 @@ export async function expectRefusals(page: Page, stage: Stage): Promise<void> {
   expect(isSameGeometry).toBe(true);
 }
 
-const WARM = 20;
+/** Cycles in one call of the page. */
+const BATCH = 20;
+/** JavaScript's own caches fill for some hundred cycles, and later shrink again. */
+const SETTLING = 100;
 const CYCLES = 200;
 /** JavaScript's own caches and compiled code may grow by so much in 200 cycles. */
 const MOST_HEAP_GROWTH = 2 ** 20;
@@ -175,10 +178,14 @@ export async function expectFlatMemory(page: Page, stage: Stage, binds: boolean)
     return usedSize;
   };
   const start = performance.now();
-  const before = await call("cycle", WARM, binds);
+  const cycles = async (count: number) => {
+    let left: unknown;
+    for (let done = 0; done < count; done += BATCH) left = await call("cycle", BATCH, binds);
+    return left;
+  };
+  const before = await cycles(SETTLING);
   const heapBefore = await heap();
-  let after: unknown;
-  for (let done = 0; done < CYCLES; done += WARM) after = await call("cycle", WARM, binds);
+  const after = await cycles(CYCLES);
   const grown = (await heap()) - heapBefore;
   const seconds = ((performance.now() - start) / 1000).toFixed(0);
   console.log(`${CYCLES} cycles in ${seconds} s: ${JSON.stringify(after)}, heap + ${grown} bytes`);
