@@ -6,6 +6,8 @@ import { HemisphericLight } from "@babylonjs/core/Lights/hemisphericLight.js";
 import { ShadowGenerator } from "@babylonjs/core/Lights/Shadows/shadowGenerator.js";
 import "@babylonjs/core/Lights/Shadows/shadowGeneratorSceneComponent.js";
 import { ImportMeshAsync } from "@babylonjs/core/Loading/sceneLoader.js";
+// The wall's material.
+import "@babylonjs/core/Materials/standardMaterial.js";
 import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import { CreatePlane } from "@babylonjs/core/Meshes/Builders/planeBuilder.js";
 import { Mesh } from "@babylonjs/core/Meshes/mesh.js";
@@ -48,7 +50,7 @@ export function compareInBabylon() {
     const data = new VertexData();
     data.positions = mesh.getVerticesData(VertexBuffer.PositionKind);
     data.normals = mesh.getVerticesData(VertexBuffer.NormalKind);
-    data.colors = mesh.getVerticesData(VertexBuffer.ColorKind);
+    data.uvs = mesh.getVerticesData(VertexBuffer.UVKind);
     data.indices = mesh.getIndices();
     data.applyToMesh(plain, true);
     plain.material = mesh.material;
