@@ -15,6 +15,8 @@ const LEAST_WIDTH_PX = 64;
 const MOST_WIDTH_PX = 240;
 /** A narrower name is shown without its key: "dynaskin" beside one would be cut off. */
 const WITH_KEY_PX = 112;
+/** Letters get no smaller than this where a word is wider than its name. */
+const LEAST_LETTERS_PX = 9;
 /** From the page's title, or the top of the window, to the lower edge of a name. */
 const BELOW_EDGE_PX = 38;
 
@@ -111,6 +113,7 @@ export class Names {
     for (const [idx, { xPx: headPx, yPx }] of over.entries()) {
       const element = this.#element(idx);
       if (!element) continue;
+      fit(element, Math.floor(widthPx));
       // Not under the panel, as far as there is room beside it.
       const half = element.offsetWidth / 2;
       const xPx = Math.max(leastPx + half, Math.min(headPx, freePx - half));
@@ -118,8 +121,6 @@ export class Names {
       // Where it has no room over the head, the name of one alone would cover the face for nothing.
       const isLost = this.#shown.length === 1 && bottomPx > yPx + LOST_PX;
       element.style.visibility = isLost ? "hidden" : "";
-      element.style.maxWidth = `${widthPx.toFixed(0)}px`;
-      element.classList.toggle("tight", widthPx < WITH_KEY_PX);
       element.style.translate = `calc(${xPx.toFixed(1)}px - 50%) calc(${bottomPx.toFixed(1)}px - 100%)`;
     }
   }
@@ -127,6 +128,28 @@ export class Names {
   #element(idx: number): HTMLElement | undefined {
     return byId("names").children[idx] as HTMLElement | undefined;
   }
+}
+
+/**
+ * Gives a name its room. Fonts differ from machine to machine, so a word that is wider than the room is measured and
+ * gets smaller letters.
+ */
+function fit(element: HTMLElement, roomPx: number): void {
+  const text = element.querySelector("span");
+  const fitted = `${roomPx} ${text?.textContent}`;
+  if (!text || element.dataset.fitted === fitted) return;
+  element.style.maxWidth = `${roomPx}px`;
+  element.style.fontSize = "";
+  element.classList.toggle("tight", roomPx < WITH_KEY_PX);
+  const wordPx = text.scrollWidth;
+  if (wordPx > text.clientWidth) {
+    // Widths are whole pixels: one less, and nothing is cut.
+    const share = (text.clientWidth - 1) / wordPx;
+    const lettersPx = share * Number.parseFloat(getComputedStyle(element).fontSize);
+    element.style.fontSize = `${Math.max(LEAST_LETTERS_PX, lettersPx).toFixed(2)}px`;
+  }
+  // Where nothing is laid out there is no width to go by.
+  if (wordPx > 0) element.dataset.fitted = fitted;
 }
 
 /** The key beside a name: of the first two of a row, and of one alone the key that takes its tissue away. */
