@@ -170,6 +170,14 @@ fn captures_of_several_people_are_listed_fitted_and_gone_on_with() {
     let scans = scans.to_str().unwrap();
     let text = printed(&dynaskin("fit", &["--scans", scans, "--list"]));
     assert!(text.contains("50004_arm [6890, 3, 4] 4 frames"), "{text}");
+    let of_folder = folder.path().to_str().unwrap();
+    let of_folder = printed(&dynaskin("fit", &["--scans", of_folder, "--list"]));
+    assert!(of_folder.starts_with(scans), "{of_folder}");
+    assert_eq!(of_folder.lines().count(), 1 + text.lines().count());
+    assert!(
+        of_folder.contains("50004_arm [6890, 3, 4] 4 frames"),
+        "{of_folder}"
+    );
     let one = folder.path().join("one.npz");
     let usual = [
         "--scans",

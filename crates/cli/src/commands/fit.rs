@@ -1,5 +1,6 @@
 //! `dynaskin fit`: mesh sequences of a subject become poses and soft-tissue offsets.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use clap::{Args, ValueEnum};
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, REGION_COUNT, Region, SHAPE_COUNT};
 use dynaskin_fit::{
     ClipBuilder, FitOptions, FittedFrame, Joints, Objective, Rigidity, ScanOptions, ScanUnit,
-    Scans, SequenceFit, sequences,
+    Scans, SequenceFit, captures, is_hdf5, sequences,
 };
 use dynaskin_motion::UpAxis;
 use dynaskin_train::ClipName;
@@ -41,7 +42,7 @@ pub struct FitArgs {
     /// Data set of the sequence in an HDF5 file that holds several.
     #[arg(long)]
     sequence: Option<String>,
-    /// List the sequences of an HDF5 file, and fit nothing.
+    /// List the sequences of an HDF5 file, or of the files of a folder, and fit nothing.
     #[arg(long)]
     list: bool,
     /// Frames per second of the scans.
@@ -241,12 +242,31 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
 
 fn list(args: &FitArgs) -> anyhow::Result<()> {
     let (body, _) = read_body(&args.settings.body)?;
-    for sequence in sequences(&args.scans, &body)? {
+    if !args.scans.is_dir() {
+        return list_file(&args.scans, &body, "");
+    }
+    let found = captures(&args.scans, &body)?;
+    let files: BTreeSet<&Path> = found.iter().map(|capture| capture.path.as_path()).collect();
+    for file in files {
+        say(&file.display().to_string());
+        if file.is_file() && is_hdf5(file)? {
+            list_file(file, &body, "  ")?;
+        }
+    }
+    Ok(())
+}
+
+/// Lists the sequences of an HDF5 file.
+fn list_file(file: &Path, body: &BodyModel, indent: &str) -> anyhow::Result<()> {
+    for sequence in sequences(file, body)? {
         let frames = match sequence.frame_count {
             Some(frames) => format!("{frames} frames"),
             None => "not of this body's mesh".to_owned(),
         };
-        say(&format!("{} {:?} {frames}", sequence.name, sequence.shape));
+        say(&format!(
+            "{indent}{} {:?} {frames}",
+            sequence.name, sequence.shape
+        ));
     }
     Ok(())
 }
