@@ -33,7 +33,7 @@ pub use materials::Materials;
 pub use measures::{DENSITY_KG_PER_M3, chest_girth_m, stature_m, volume_m3};
 pub use model::{
     BodyModel, LEAST_THICKNESS_M, MAX_EXTENT_M, MAX_SHAPE_COEFFICIENT, POSE_DIR_COUNT, SHAPE_COUNT,
-    SMPL_VERTEX_COUNT, ShapedBody, SkinWeights,
+    SMPL_VERTEX_COUNT, ShapedBody, SkinWeights, add_correctives,
 };
 pub use normals::{add_face_normals, vertex_normals, vertex_normals_into};
 pub use parts::PARTS;

@@ -199,18 +199,7 @@ impl BodyModel {
     /// Eq. 3 of Casas & Otaduy 2018: each entry of `R - I` of every joint but the pelvis scales
     /// one displacement field. For every frame of an avatar there is [`crate::PoseCorrectives`].
     pub fn add_pose_correctives(&self, pose: &Pose, rest_m: &mut [Vec3]) {
-        // As flat numbers, of which several are worked on at once.
-        let numbers_m: &mut [f32] = bytemuck::cast_slice_mut(rest_m);
-        for (factor, dirs) in factors(pose).flatten().zip(&self.pose_dirs_m) {
-            // A joint that does not turn corrects nothing.
-            if factor == 0.0 {
-                continue;
-            }
-            let dirs: &[f32] = bytemuck::cast_slice(dirs);
-            for (number, dir) in numbers_m.iter_mut().zip(dirs) {
-                *number += factor * dir;
-            }
-        }
+        add_correctives(pose, &self.pose_dirs_m, rest_m);
     }
 
     /// How soft a vertex is, 0..=1: the sum of its region weights.
@@ -221,6 +210,23 @@ impl BodyModel {
             .map(|weights| weights[vertex])
             .sum::<f32>()
             .min(1.0)
+    }
+}
+
+/// Adds the pose correctives of some vertices, whose directions are `dirs_m`, `[direction][vertex]` as in
+/// [`BodyModel::pose_dirs_m`], to their rest positions in metres.
+pub fn add_correctives(pose: &Pose, dirs_m: &[Vec<Vec3>], rest_m: &mut [Vec3]) {
+    // As flat numbers, of which several are worked on at once.
+    let numbers_m: &mut [f32] = bytemuck::cast_slice_mut(rest_m);
+    for (factor, dirs) in factors(pose).flatten().zip(dirs_m) {
+        // A joint that does not turn corrects nothing.
+        if factor == 0.0 {
+            continue;
+        }
+        let dirs: &[f32] = bytemuck::cast_slice(dirs);
+        for (number, dir) in numbers_m.iter_mut().zip(dirs) {
+            *number += factor * dir;
+        }
     }
 }
 

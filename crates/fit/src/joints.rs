@@ -190,11 +190,8 @@ pub(crate) fn fitted(
 /// joint.
 fn on_bones(body: &BodyModel, weights: &Weights) -> Weights {
     let values = weights.values.iter().zip(&body.skin);
-    Weights::new(
-        values
-            .map(|(weight, skin)| weight * f64::from(skin.weights[0]).powi(ON_BONE))
-            .collect(),
-    )
+    let on_bones = values.map(|(weight, skin)| weight * f64::from(skin.weights[0]).powi(ON_BONE));
+    Weights::new(body, on_bones.collect())
 }
 
 /// Joints, and the poses that go with them.

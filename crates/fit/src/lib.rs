@@ -11,6 +11,7 @@
 //! simulated sequences whose truth is known.
 
 mod check;
+mod correctives;
 mod error;
 mod joints;
 mod output;

@@ -11,8 +11,8 @@
 //! `w_j` then moves by `Σ w_j (ω × x_j + v)`, where `x_j = G_j y`, and y is `v` in the posed residual and the
 //! unposed scan `u = B⁻¹ (s - b)` in the other. Because `B u + b = s` is constant, the unposed residual
 //! changes by `-B⁻¹` times that. So vertices are summed into products of the twists of the bones they hang
-//! on, and sums over branches give the normal equations (`twists.rs`). β and pose correctives change rest
-//! positions themselves, which are columns of their own.
+//! on, and sums over branches give the normal equations (`twists.rs`). β changes rest positions itself, which
+//! are columns of their own, and so do pose correctives (`correctives.rs`).
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -21,6 +21,7 @@ use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Pose, SHAPE_COUNT, ShapedBody
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use nalgebra::{DMatrix, DVector};
 
+use crate::correctives::{Bone, Chosen, Correctives, turns};
 use crate::twists::{Branch, Linear, Twists, skew};
 
 /// Where the difference between model and scan is measured.
@@ -61,8 +62,10 @@ pub(crate) struct Problem<'a> {
     /// Weight of each vertex, `[vertex]`, at least 0.
     pub weights: &'a [f64],
     /// The vertices that count.
-    pub chosen: &'a [u32],
+    pub chosen: &'a Chosen,
     pub beside: Beside,
+    /// Of the body's correctives, where it has some.
+    pub correctives: Option<&'a Correctives>,
     /// Scale in metres of the robust loss (Cauchy's): residuals far above it, stray vertices, pull
     /// less and less.
     pub robust_m: f64,
@@ -164,17 +167,6 @@ struct Residual {
     carried_m: DVec3,
 }
 
-/// What β and pose correctives change in rest positions at one estimate.
-struct Changes {
-    /// Number of the unknown of each column.
-    unknowns: Vec<usize>,
-    /// Change of the nine entries of the local rotation with a world turn, for three axes of each joint but
-    /// the pelvis; empty where the body has no correctives.
-    turns: Vec<[f64; 9]>,
-    /// Change of each joint's world map `y = R rest + t` with each β: that of `t`, in metres.
-    maps_m: Vec<[DVec3; JOINT_COUNT]>,
-}
-
 impl Problem<'_> {
     /// Number of unknowns.
     fn unknowns(&self) -> usize {
@@ -189,7 +181,9 @@ impl Problem<'_> {
         let joints_rest_m = &estimate.shaped.joints_m;
         let world = estimate.pose.world_joints(joints_rest_m);
         Frame {
-            rest_m: estimate.rest_m(self.body),
+            rest_m: self
+                .chosen
+                .corrected_m(&estimate.shaped.positions_m, &estimate.pose),
             matrices: SkinMatrices::new(&estimate.pose, joints_rest_m),
             joint_rotation: world.rotation.map(DMat3::from_quat),
             joint_position_m: world.position_m,
@@ -224,7 +218,7 @@ impl Problem<'_> {
     /// The weighted robust sum of squares at an estimate, in m².
     pub fn cost(&self, estimate: &Estimate) -> f64 {
         let frame = self.frame(estimate);
-        let sum: f64 = (self.chosen.iter().map(|&vertex| vertex as usize))
+        let sum: f64 = (self.chosen.vertices.iter().map(|&vertex| vertex as usize))
             .map(|vertex| {
                 let size_m = self.residual(&frame, vertex).value_m.length();
                 self.weights[vertex] * self.loss(size_m)
@@ -235,7 +229,7 @@ impl Problem<'_> {
 
     /// Sum of the weights of the vertices that count.
     pub fn weight_sum(&self) -> f64 {
-        let vertices = self.chosen.iter();
+        let vertices = self.chosen.vertices.iter();
         vertices.map(|&vertex| self.weights[vertex as usize]).sum()
     }
 
@@ -265,18 +259,28 @@ impl Problem<'_> {
     /// Gauss-Newton normal equations at an estimate, with the robust weights of its residuals.
     pub fn normal(&self, estimate: &Estimate) -> Normal {
         let frame = self.frame(estimate);
-        let changes = self.changes(&frame);
+        let shape_maps_m = self.shape_maps_m(&frame);
         // Near the body, so that products of distances lose no digits.
         let centre_m = frame.joint_position_m[Joint::Pelvis as usize];
-        let mut twists = Twists::new(changes.unknowns.len());
-        let mut own = vec![DVec3::ZERO; changes.unknowns.len()];
+        let mut twists = Twists::new(shape_maps_m.len());
+        let mut own = vec![DVec3::ZERO; shape_maps_m.len()];
+        // Of pose correctives, where the body has some.
+        let mut pulls_m = Vec::new();
+        let mut counted = 0.0;
         let mut cost = self.prior_cost(estimate);
-        for &vertex in self.chosen {
+        for &vertex in &self.chosen.vertices {
             let vertex = vertex as usize;
             let residual = self.residual(&frame, vertex);
             let size_m = residual.value_m.length();
             cost += self.weights[vertex] * self.loss(size_m);
-            self.own_changes(&frame, &changes, vertex, &residual, &mut own);
+            let weight = self.weights[vertex] * self.robust_weight(size_m);
+            let by_rest = self.by_rest(&frame, vertex);
+            self.shape_changes(&shape_maps_m, vertex, &residual, &by_rest, &mut own);
+            if self.correctives.is_some() {
+                let pull_m = by_rest.transpose() * residual.value_m * weight;
+                pulls_m.push(pull_m.as_vec3());
+                counted += weight;
+            }
             let carried_m = residual.carried_m.as_vec3();
             let carried_by = |joint: usize| {
                 let map = &frame.matrices.world_from_rest[joint];
@@ -285,14 +289,31 @@ impl Problem<'_> {
             let linear = Linear {
                 residual_m: residual.value_m,
                 rest_from_world: residual.rest_from_world,
-                weight: self.weights[vertex] * self.robust_weight(size_m),
+                weight,
                 own: &own,
             };
             twists.add(&self.body.skin[vertex], carried_by, &linear);
         }
+        let own = POSE..POSE + shape_maps_m.len();
+        let mut own: Vec<usize> = own.collect();
+        if let Some(correctives) = self.correctives {
+            let turns = turns(&frame.joint_rotation);
+            let gradient = self.chosen.gradient(&turns, &pulls_m);
+            let bones = std::array::from_fn(|joint| {
+                let rotation = frame.joint_rotation[joint];
+                let from_joint_m =
+                    rotation.transpose() * (centre_m - frame.joint_position_m[joint]);
+                Bone {
+                    rotation,
+                    centre_rest_m: estimate.shaped.joints_m[joint].as_dvec3() + from_joint_m,
+                }
+            });
+            correctives.add_to(&mut twists, &turns, &bones, counted, &gradient);
+            // The pelvis has no correctives.
+            own.extend(ROTATION + 3..POSE);
+        }
         let branches = self.branches(&frame, centre_m);
-        let (mut hessian, mut gradient) =
-            twists.normal(&branches, &changes.unknowns, self.unknowns());
+        let (mut hessian, mut gradient) = twists.normal(&branches, own, self.unknowns());
         if self.beside == Beside::Shape {
             for (i, beta) in estimate.shape.iter().enumerate() {
                 hessian[(POSE + i, POSE + i)] += self.prior();
@@ -338,63 +359,45 @@ impl Problem<'_> {
         branches
     }
 
-    fn changes(&self, frame: &Frame<'_>) -> Changes {
-        let mut changes = Changes {
-            unknowns: Vec::new(),
-            turns: Vec::new(),
-            maps_m: Vec::new(),
-        };
-        if !self.body.pose_dirs_m.is_empty() {
-            changes.unknowns.extend(ROTATION + 3..POSE);
-            changes.turns = corrective_turns(&frame.joint_rotation);
+    /// Change of each joint's world map `y = R rest + t` with each β: that of `t`, in metres. Empty where β is
+    /// not fitted.
+    fn shape_maps_m(&self, frame: &Frame<'_>) -> Vec<[DVec3; JOINT_COUNT]> {
+        if self.beside != Beside::Shape {
+            return Vec::new();
         }
-        if self.beside == Beside::Shape {
-            changes.unknowns.extend(POSE..POSE + SHAPE_COUNT);
-            let dirs = self.body.joint_shape_dirs_m.iter();
-            changes.maps_m = dirs
-                .map(|dirs| map_change(dirs, &frame.joint_rotation))
-                .collect();
-        }
-        changes
+        let dirs = self.body.joint_shape_dirs_m.iter();
+        dirs.map(|dirs| map_change(dirs, &frame.joint_rotation))
+            .collect()
     }
 
-    /// What β and pose correctives change in a vertex's residual.
-    fn own_changes(
-        &self,
-        frame: &Frame<'_>,
-        changes: &Changes,
-        vertex: usize,
-        residual: &Residual,
-        own: &mut [DVec3],
-    ) {
-        if own.is_empty() {
-            return;
-        }
-        let skin = &self.body.skin[vertex];
-        // Derivative of the residual by the rest position of the model, but for the sign.
-        let by_rest = match self.objective {
+    /// Derivative of a vertex's residual by its rest position in the model, but for the sign.
+    fn by_rest(&self, frame: &Frame<'_>, vertex: usize) -> DMat3 {
+        match self.objective {
             Objective::Unposed => DMat3::IDENTITY,
             Objective::Posed => {
-                let blended = frame.matrices.blended(skin).matrix3;
+                let blended = frame.matrices.blended(&self.body.skin[vertex]).matrix3;
                 DMat3::from_cols_array(&blended.to_cols_array().map(f64::from))
             }
-        };
-        let (correctives, shape) = own.split_at_mut(changes.turns.len());
-        for (column, (own, turn)) in correctives.iter_mut().zip(&changes.turns).enumerate() {
-            // Three columns a joint, nine fields a joint.
-            let dirs = self.body.pose_dirs_m[column / 3 * 9..].iter();
-            let change_m: DVec3 = (dirs.zip(turn))
-                .map(|(dirs, entry)| *entry * dirs[vertex].as_dvec3())
-                .sum();
-            *own = -(by_rest * change_m);
         }
-        let dirs = changes.maps_m.iter().zip(&self.body.shape_dirs_m);
-        for (own, (maps_m, dirs)) in shape.iter_mut().zip(dirs) {
+    }
+
+    /// What β changes in a vertex's residual.
+    fn shape_changes(
+        &self,
+        maps_m: &[[DVec3; JOINT_COUNT]],
+        vertex: usize,
+        residual: &Residual,
+        by_rest: &DMat3,
+        own: &mut [DVec3],
+    ) {
+        let skin = &self.body.skin[vertex];
+        let dirs = maps_m.iter().zip(&self.body.shape_dirs_m);
+        for (own, (maps_m, dirs)) in own.iter_mut().zip(dirs) {
             let bones = skin.joints.iter().zip(&skin.weights);
             let carried_m: DVec3 = bones
                 .map(|(&joint, &weight)| f64::from(weight) * maps_m[usize::from(joint)])
                 .sum();
-            *own = -(residual.rest_from_world * carried_m + by_rest * dirs[vertex].as_dvec3());
+            *own = -(residual.rest_from_world * carried_m + *by_rest * dirs[vertex].as_dvec3());
         }
     }
 
@@ -402,7 +405,7 @@ impl Problem<'_> {
     pub fn distance_m(&self, estimate: &Estimate) -> f64 {
         let frame = self.frame(estimate);
         let (mut sum, mut weights) = (0.0, 0.0);
-        for &vertex in self.chosen {
+        for &vertex in &self.chosen.vertices {
             let vertex = vertex as usize;
             let weight = self.weights[vertex];
             let posed = frame.matrices.blended(&self.body.skin[vertex]);
@@ -414,24 +417,6 @@ impl Problem<'_> {
         }
         (sum / f64::max(weights, f64::MIN_POSITIVE)).sqrt()
     }
-}
-
-/// The change of the entries of each joint's local rotation, rows first, with a world turn about each axis.
-/// A world turn ω is the turn `Wᵀ ω` in the joint's own frame, and `d(R) = R skew(Wᵀ ω)`.
-fn corrective_turns(rotation: &[DMat3; JOINT_COUNT]) -> Vec<[f64; 9]> {
-    let mut turns = Vec::with_capacity(3 * (JOINT_COUNT - 1));
-    for joint in Joint::ALL {
-        let Some(parent) = joint.parent() else {
-            continue;
-        };
-        let world = rotation[joint as usize];
-        let local = rotation[parent as usize].transpose() * world;
-        turns.extend(DVec3::AXES.map(|axis| {
-            let change = local * skew(world.transpose() * axis);
-            std::array::from_fn(|entry| change.col(entry % 3)[entry / 3])
-        }));
-    }
-    turns
 }
 
 /// How the translation `t_j = p_j - R_j J_j` of each joint's map changes when the rest joints move
@@ -515,7 +500,9 @@ mod tests {
             let rest_m = truth.rest_m(&body).into_owned();
             dynaskin_body::skin_linear(&rest_m, &body.skin, &matrices, &mut scan_m);
             let weights: Vec<f64> = (0..scan_m.len()).map(|i| 0.2 + (i % 5) as f64).collect();
-            let chosen: Vec<u32> = (0..scan_m.len() as u32).step_by(3).collect();
+            let correctives = Correctives::new(&body, &weights);
+            let chosen = (0..scan_m.len() as u32).step_by(3).collect();
+            let chosen = Chosen::new(&body, chosen);
             for objective in [Objective::Unposed, Objective::Posed] {
                 for beside in [Beside::Nothing, Beside::Shape, Beside::Joints] {
                     let problem = Problem {
@@ -525,6 +512,7 @@ mod tests {
                         weights: &weights,
                         chosen: &chosen,
                         beside,
+                        correctives: correctives.as_ref(),
                         robust_m: 10.0,
                     };
                     let normal = problem.normal(&truth);
@@ -540,7 +528,13 @@ mod tests {
                     let found = (there - back) * 0.5;
                     let expected = &normal.hessian * &step;
                     let error = (&found - &expected).norm() / expected.norm();
-                    assert!(error < 3e-3, "{objective:?} {beside:?}: {error}");
+                    // The Hessian is without the correctives.
+                    let most = if body.pose_dirs_m.is_empty() {
+                        3e-3
+                    } else {
+                        0.1
+                    };
+                    assert!(error < most, "{objective:?} {beside:?}: {error}");
                     // And the gradient is that of the cost, away from the truth.
                     let aside = moved(&problem, &truth, &(&step * 20.0));
                     let slope = problem.normal(&aside).gradient.dot(&step);

@@ -6,6 +6,7 @@ use dynaskin_body::{BodyModel, JOINT_COUNT, Pose, SHAPE_COUNT, SkinMatrices, unp
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::correctives::{Chosen, Correctives};
 use crate::joints::{self, JointFrames, Joints};
 use crate::problem::{Beside, Estimate, Objective, Problem};
 use crate::rigidity::{self, Rigidity};
@@ -114,18 +115,21 @@ pub(crate) struct Weights {
     /// `[vertex]`, 0 to 1.
     pub values: Vec<f64>,
     /// The vertices that count at all.
-    chosen: Vec<u32>,
+    chosen: Chosen,
     /// Some of them.
-    coarse: Vec<u32>,
+    coarse: Chosen,
+    /// Of pose correctives, where the body has some.
+    correctives: Option<Correctives>,
 }
 
 impl Weights {
-    pub fn new(values: Vec<f64>) -> Self {
+    pub fn new(body: &BodyModel, values: Vec<f64>) -> Self {
         let counts = |vertex: &u32| values[*vertex as usize] > 0.0;
         let chosen: Vec<u32> = (0..values.len() as u32).filter(counts).collect();
         Self {
-            coarse: chosen.iter().copied().step_by(COARSE).collect(),
-            chosen,
+            coarse: Chosen::new(body, chosen.iter().copied().step_by(COARSE).collect()),
+            correctives: Correctives::new(body, &values),
+            chosen: Chosen::new(body, chosen),
             values,
         }
     }
@@ -208,7 +212,7 @@ impl<'a> SequenceFit<'a> {
             shape: options.shape,
             joint_offsets_m: options.joints.offsets_m()?,
         };
-        let mut weights = Weights::new(options.rigidity.weights(body)?);
+        let mut weights = Weights::new(body, options.rigidity.weights(body)?);
         let first_m = scans.frames_m(0..1)?;
         let mut first = fitter.first(&first_m, &weights, &known)?;
         let learns = options.rigidity == Rigidity::Data;
@@ -361,6 +365,7 @@ impl Fitter<'_> {
             weights: &weights.values,
             chosen: &weights.chosen,
             beside: Beside::Nothing,
+            correctives: weights.correctives.as_ref(),
             robust_m: NARROW_M,
         }
     }
@@ -369,7 +374,7 @@ impl Fitter<'_> {
     fn solved(
         &self,
         problem: &Problem<'_>,
-        coarse: &[u32],
+        coarse: &Chosen,
         start: Estimate,
         wide_steps: usize,
     ) -> Estimate {
@@ -446,7 +451,7 @@ impl Fitter<'_> {
             })
             .collect();
         let learned = rigidity::from_offsets(&offsets_rest_m, self.body.vertex_count());
-        Ok(Weights::new(learned))
+        Ok(Weights::new(self.body, learned))
     }
 
     /// A frame of the shape of `first`, from one of some poses that may be near, or by parts: whichever is

@@ -49,9 +49,20 @@ impl std::ops::AddAssign for Product {
 
 /// A product of a bone's twist with something else.
 #[derive(Clone, Copy, Default)]
-struct Slope {
-    turn: DVec3,
-    shift: DVec3,
+pub(crate) struct Slope {
+    pub turn: DVec3,
+    pub shift: DVec3,
+}
+
+impl std::ops::Mul<f64> for Slope {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self {
+            turn: self.turn * factor,
+            shift: self.shift * factor,
+        }
+    }
 }
 
 impl std::ops::AddAssign for Slope {
@@ -166,12 +177,34 @@ impl Twists {
         }
     }
 
-    /// Hessian and gradient of `unknowns` unknowns: those of the branches, and the own ones, whose numbers
-    /// are given.
+    /// Adds unknowns that move no bones, from sums that are known already: `products` with each other, with each
+    /// bone, and the gradient.
+    pub fn extend(
+        &mut self,
+        slopes: Vec<[Slope; JOINT_COUNT]>,
+        products: &DMatrix<f64>,
+        gradient: &[f64],
+    ) {
+        let (before, count) = (self.own_slopes.len(), slopes.len());
+        self.own_slopes.extend(slopes);
+        self.own_products =
+            std::mem::take(&mut self.own_products).resize(before + count, before + count, 0.0);
+        (self.own_products)
+            .view_mut((before, before), (count, count))
+            .copy_from(products);
+        self.own_gradient =
+            std::mem::take(&mut self.own_gradient).resize_vertically(before + count, 0.0);
+        for (own, slope) in self.own_gradient.iter_mut().skip(before).zip(gradient) {
+            *own = *slope;
+        }
+    }
+
+    /// Hessian and gradient of `unknowns` unknowns: those of the branches, and the own ones, whose numbers are
+    /// given.
     pub fn normal(
         mut self,
         branches: &[Branch],
-        own: &[usize],
+        own: impl IntoIterator<Item = usize>,
         unknowns: usize,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let mut hessian = DMatrix::zeros(unknowns, unknowns);
@@ -198,10 +231,11 @@ impl Twists {
                 }
             }
         }
-        for (index, &unknown) in own.iter().enumerate() {
+        let own: Vec<usize> = own.into_iter().collect();
+        for (index, (&unknown, slopes)) in own.iter().zip(&self.own_slopes).enumerate() {
             gradient[unknown] += self.own_gradient[index];
             for branch in branches {
-                let with = branch.along(&self.own_slopes[index]);
+                let with = branch.along(slopes);
                 for axis in 0..3 {
                     // A turn of a joint may be both, a branch and an own unknown.
                     let other = branch.unknown + axis;

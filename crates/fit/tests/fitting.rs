@@ -187,7 +187,16 @@ fn aside_m() -> [Vec3; JOINT_COUNT] {
 
 #[test]
 fn joints_are_found_where_they_bend() {
-    let body = female();
+    finds_joints(&female());
+}
+
+#[test]
+fn joints_are_found_under_pose_correctives() {
+    finds_joints(&with_correctives(female()));
+}
+
+/// Fits poses with joints 1 cm aside.
+fn finds_joints(body: &BodyModel) {
     let mut shaped = body.shaped(&SHAPE);
     for (joint_m, aside_m) in shaped.joints_m.iter_mut().zip(aside_m()) {
         *joint_m += aside_m;
@@ -198,17 +207,19 @@ fn joints_are_found_where_they_bend() {
     let mut frames = Vec::new();
     for pose in &poses {
         let matrices = SkinMatrices::new(pose, &shaped.joints_m);
+        let mut rest_m = shaped.positions_m.clone();
+        body.add_pose_correctives(pose, &mut rest_m);
         let mut world_m = vec![Vec3::ZERO; body.vertex_count()];
-        skin_linear(&shaped.positions_m, &body.skin, &matrices, &mut world_m);
+        skin_linear(&rest_m, &body.skin, &matrices, &mut world_m);
         frames.push(world_m);
     }
-    let scans = scans(&body, frames, 60.0);
+    let scans = scans(body, frames, 60.0);
     let fit = |joints| {
         let options = FitOptions {
             joints,
-            ..FitOptions::for_body(&body)
+            ..FitOptions::for_body(body)
         };
-        fit_sequence(&body, &scans, &options, |_| {}).unwrap()
+        fit_sequence(body, &scans, &options, |_| {}).unwrap()
     };
     let largest_mm = |fitted: &FittedSequence| {
         let offsets = fitted.frames.iter().flat_map(|frame| &frame.offsets_rest_m);
