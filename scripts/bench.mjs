@@ -4,7 +4,7 @@
 //
 // npm run bench -- --baseline FOLDER: this build beside an earlier one, a checkout of the repository in
 // which `npm run build` ran, in turns in one process. With --write, the table goes into
-// docs/performance.md.
+// docs/performance.md: there is one of builds with the same networks and one of builds with their own. With --as-built, this build is measured as it lies there.
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { cpus } from "node:os";
 import { join, resolve } from "node:path";
@@ -153,11 +153,13 @@ async function furtherRows(baseline, model) {
 
 async function compareWith(baseline, isWritten) {
   const parts = [];
+  let isSame = true;
   for (const model of modelNames()) {
     if (!existsSync(join(baseline, "models", model))) continue;
     const { rows, sameNetworks } = await step(`Beside the baseline, ${model}`, () =>
       compare(baseline, ROOT, model),
     );
+    isSame &&= sameNetworks;
     parts.push([
       `${model}${sameNetworks ? ", the same networks" : ": the networks differ"}:`,
       "",
@@ -188,18 +190,20 @@ async function compareWith(baseline, isWritten) {
   ]);
   const table = parts.flat().join("\n");
   say(table);
-  if (isWritten) writeTable(await describe(baseline), table);
+  if (isWritten) writeTable(await describe(baseline), table, isSame ? "same" : "own");
 }
 
 const PERFORMANCE = join(ROOT, "docs", "performance.md");
-const [BEGIN, END] = ["<!-- bench: begin -->", "<!-- bench: end -->"];
 
-/** Puts the table between the marks of docs/performance.md. */
-function writeTable(heading, table) {
+/** Puts the table between the marks of docs/performance.md, of builds with the `same` or their `own` networks. */
+function writeTable(heading, table, networks) {
+  const [begin, last] = ["begin", "end"].map(
+    (mark) => `<!-- bench, ${networks} networks: ${mark} -->`,
+  );
   const page = readFileSync(PERFORMANCE, "utf8");
-  const [start, end] = [page.indexOf(BEGIN), page.indexOf(END)];
-  if (start < 0 || end < start) throw new Error(`${PERFORMANCE} lacks ${BEGIN} and ${END}.`);
-  const before = page.slice(0, start + BEGIN.length);
+  const [start, end] = [page.indexOf(begin), page.indexOf(last)];
+  if (start < 0 || end < start) throw new Error(`${PERFORMANCE} lacks ${begin} and ${last}.`);
+  const before = page.slice(0, start + begin.length);
   writeFileSync(PERFORMANCE, `${before}\n${heading}\n\n${table}${page.slice(end)}`);
   say(`Written to docs/performance.md.`);
 }
@@ -241,12 +245,16 @@ async function measureThis() {
 
 main(async () => {
   const { values } = parseArgs({
-    options: { baseline: { type: "string" }, write: { type: "boolean" } },
+    options: {
+      baseline: { type: "string" },
+      write: { type: "boolean" },
+      "as-built": { type: "boolean" },
+    },
   });
   if (values.write && !values.baseline) throw new Error("--write needs --baseline FOLDER.");
   if (!existsSync(MODELS)) throw new Error("There are no models in models/ to measure.");
   const baseline = values.baseline === undefined ? undefined : baselineFolder(values.baseline);
-  await buildAll();
+  if (!values["as-built"]) await buildAll();
   if (baseline === undefined) await measureThis();
   else await compareWith(baseline, values.write ?? false);
 });

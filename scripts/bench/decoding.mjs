@@ -10,31 +10,43 @@ const STEP_SECONDS = 1 / 60;
  * Steps and draws two crowds of `count` hopping avatars of five shapes in turns, each in a renderer of its own.
  * Before each frame it waits until the graphics card is done.
  *
- * @param {{ model: string, count: number, backend: "webgpu" | "webgl2" }} what
+ * @param {{ model: string, count: number, backend: "webgpu" | "webgl2", engine?: "three" | "babylon" }} what
+ *   `engine` draws in place of dynaskin/renderer
  * @returns for `cpu` and `card`, medians in milliseconds
  */
-export async function measureDecoding({ model, count, backend }) {
-  const { load } = await import("/web/sdk/dist/index.js");
-  const loaded = await load({ model });
+export async function measureDecoding({ model, count, backend, engine }) {
+  const { load, Motion } = await import("/web/sdk/dist/index.js");
+  const loaded = await load({ model: new URL(model, location.href).href });
   const crowds = [];
   for (const decoding of ["cpu", "card"]) {
-    crowds.push(await makeCrowd(loaded, count, backend, decoding));
+    const crowd = loaded.createCrowd();
+    crowd.decoding = decoding;
+    const avatars = Array.from({ length: count }, (_, idx) => {
+      const avatar = loaded.createAvatar({ shape: [0, (idx % 5) - 2, 0, 0, 0, 0, 0, 0, 0, 0] });
+      crowd.add(avatar);
+      return avatar;
+    });
+    const drawn = engine
+      ? await inEngine(engine, avatars, model)
+      : await inRenderer(loaded, avatars, backend);
+    const times = { stepMs: [], updateMs: [], renderMs: [], frameMs: [] };
+    crowds.push({ decoding, crowd, times, ...drawn });
   }
-  const { Motion } = await import("/web/sdk/dist/index.js");
-  const motion = Motion.procedural("hop", crowds[0].bodies[0].avatar);
-  const poses = crowds[0].bodies.map(() => new Float64Array(99));
+  const motion = Motion.procedural("hop", crowds[0].crowd.avatars[0]);
+  const poses = Array.from({ length: count }, () => new Float64Array(99));
   for (let frame = 0; frame < WARM_UP_FRAMES + FRAMES; frame += 1) {
     for (const [idx, pose] of poses.entries()) {
       motion.poseAt((frame * STEP_SECONDS + 0.37 * idx) % motion.durationSeconds, pose);
     }
     for (const made of frame % 2 ? crowds : crowds.toReversed()) {
-      const { crowd, bodies, renderer, times, idle } = made;
+      const { crowd, pose, update, render, times, idle } = made;
+      const own = pose(poses);
       const startMs = performance.now();
-      crowd.stepAll(poses, STEP_SECONDS);
+      crowd.stepAll(own, STEP_SECONDS);
       const steppedMs = performance.now();
-      for (const { avatar, body } of bodies) body.update(avatar);
+      update();
       const updatedMs = performance.now();
-      renderer.render();
+      render();
       const renderedMs = performance.now();
       if (frame >= WARM_UP_FRAMES) {
         times.stepMs.push(steppedMs - startMs);
@@ -45,32 +57,56 @@ export async function measureDecoding({ model, count, backend }) {
       await idle();
     }
   }
-  const results = crowds.map(({ decoding, times, bodies }) => ({
+  const results = crowds.map(({ decoding, times, onCard }) => ({
     decoding,
-    onCard: bodies.filter(({ body }) => body.isDecodedOnCard).length,
+    onCard: onCard(),
     ...Object.fromEntries(Object.entries(times).map(([key, values]) => [key, median(values)])),
   }));
-  for (const { renderer, canvas } of crowds) {
-    renderer.dispose();
-    canvas.remove();
-  }
+  for (const { dispose } of crowds) dispose();
   return results;
 }
 
-async function makeCrowd(model, count, backend, decoding) {
+async function inRenderer(model, avatars, backend) {
   const { createRenderer } = await import("/web/sdk/dist/renderer.js");
   const canvas = document.body.appendChild(document.createElement("canvas"));
   const idle = watchGraphicsCard(canvas, backend);
   const renderer = await createRenderer(canvas, { backend });
   // Small, so that a graphics card in software does not take the processor from the page.
   renderer.resize(32, 32, 1);
-  const crowd = model.createCrowd();
-  crowd.decoding = decoding;
-  const bodies = Array.from({ length: count }, (_, idx) => {
-    const avatar = model.createAvatar({ shape: [0, (idx % 5) - 2, 0, 0, 0, 0, 0, 0, 0, 0] });
-    crowd.add(avatar);
-    return { avatar, body: renderer.addBody(model.body) };
-  });
-  const times = { stepMs: [], updateMs: [], renderMs: [], frameMs: [] };
-  return { decoding, canvas, idle, renderer, crowd, bodies, times };
+  const bodies = avatars.map((avatar) => ({ avatar, body: renderer.addBody(model.body) }));
+  return {
+    idle,
+    pose: (poses) => poses,
+    update: () => {
+      for (const { avatar, body } of bodies) body.update(avatar);
+    },
+    render: () => renderer.render(),
+    onCard: () => bodies.filter(({ body }) => body.isDecodedOnCard).length,
+    dispose: () => {
+      renderer.dispose();
+      canvas.remove();
+    },
+  };
+}
+
+async function inEngine(engine, avatars, model) {
+  const { crowdInBabylon, crowdInThree } = await import("./engine-decoding.mjs");
+  const make = engine === "three" ? crowdInThree : crowdInBabylon;
+  const { skins, canvas, render, dispose } = await make(avatars, model);
+  return {
+    idle: watchGraphicsCard(canvas, "webgl2"),
+    pose: (poses) => {
+      for (const [idx, skin] of skins.entries()) skin.writePose(poses[idx]);
+      return skins.map((skin) => skin.readPose());
+    },
+    update: () => {
+      for (const skin of skins) skin.show();
+    },
+    render,
+    onCard: () => skins.filter(({ isDecodedOnCard }) => isDecodedOnCard).length,
+    dispose: () => {
+      for (const skin of skins) skin.dispose();
+      dispose();
+    },
+  };
 }

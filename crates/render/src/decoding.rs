@@ -1,10 +1,12 @@
 //! Decoding on the card: bodies of one decoder in pools, each of which is decoded by two passes whatever the
 //! number of its bodies.
 
+use dynaskin_decoding::{BodyTexels, DecoderMatrix, MAX_SLOTS, WIDTH};
+
 use crate::{
     Gpu, RenderError, Shader, SkinningPath, check,
-    decoder::{DecoderMatrix, Tables, WIDTH, texture, write_rows},
-    gpu_data::{BatchUniform, DecodedPlace, MAX_SLOTS, SKIN_WORKGROUP},
+    decoder::{CardTables, texture, write_rows},
+    gpu_data::{BatchUniform, DecodedPlace, SKIN_WORKGROUP},
     pipelines::{bind_group_layout, pipeline_layout, uniform},
 };
 
@@ -41,7 +43,7 @@ pub(crate) struct Decoding {
 
 #[derive(Debug)]
 struct Decoder {
-    tables: Tables,
+    tables: CardTables,
     vertex_count: usize,
     soft_vertices: Vec<u32>,
     latent_count: usize,
@@ -139,7 +141,7 @@ impl Decoding {
 
     pub fn add(&mut self, gpu: &Gpu, matrix: &DecoderMatrix<'_>) -> Result<DecoderId, RenderError> {
         self.decoders.push(Decoder {
-            tables: Tables::new(gpu, matrix)?,
+            tables: CardTables::new(gpu, matrix)?,
             vertex_count: matrix.vertex_count,
             soft_vertices: matrix.soft_vertices.to_vec(),
             latent_count: matrix.latent_count,
@@ -225,40 +227,24 @@ impl Decoding {
         limits_m: &[f32],
     ) -> Result<(), RenderError> {
         let decoder = &mut self.decoders[seat.decoder.0];
-        let soft_count = decoder.soft_vertices.len();
-        check::floats(
-            "still positions",
-            still_positions_m,
-            3 * decoder.vertex_count,
-        )?;
-        check::floats("gains", gains, soft_count)?;
-        check::floats("limits", limits_m, soft_count)?;
+        let numbers = 3 * decoder.vertex_count;
+        check::length("still positions", still_positions_m.len(), numbers)?;
+        let soft_vertices = &decoder.soft_vertices;
+        let body = BodyTexels::new(still_positions_m, soft_vertices, gains, limits_m)
+            .map_err(RenderError::refused)?;
         let pool = &mut decoder.pools[seat.pool];
-        let texels = (pool.batch.body_rows * WIDTH) as usize;
-        let mut positions = vec![[0.0_f32; 4]; texels];
-        for (texel, [x, y, z]) in positions
-            .iter_mut()
-            .zip(still_positions_m.as_chunks::<3>().0)
-        {
-            *texel = [*x, *y, *z, 0.0];
-        }
-        let mut controls = vec![[0.0_f32; 2]; texels];
-        let values = gains.iter().zip(limits_m);
-        for (&vertex, (&gain, &limit_m)) in decoder.soft_vertices.iter().zip(values) {
-            controls[vertex as usize] = [gain, limit_m];
-        }
         let first = seat.slot as u32 * pool.batch.body_rows;
         write_rows(
             queue,
             &pool.still_positions,
             first,
-            bytemuck::cast_slice(&positions),
+            bytemuck::cast_slice(&body.still_positions),
         );
         write_rows(
             queue,
             &pool.controls,
             first,
-            bytemuck::cast_slice(&controls),
+            bytemuck::cast_slice(&body.controls),
         );
         Ok(())
     }

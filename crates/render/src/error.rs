@@ -1,5 +1,6 @@
 //! What can go wrong while drawing.
 
+use dynaskin_decoding::DecodingError;
 use thiserror::Error;
 
 /// Why a call of this library was refused or failed.
@@ -120,4 +121,35 @@ pub enum RenderError {
     /// Pixels can only be read from an offscreen renderer.
     #[error("pixels can only be read from an offscreen renderer")]
     NotOffscreen,
+}
+
+impl RenderError {
+    /// What was refused before it came to the card. No `From`: closures would no longer know their error.
+    pub(crate) fn refused(error: DecodingError) -> Self {
+        match error {
+            DecodingError::WrongLength {
+                what,
+                expected,
+                got,
+            } => Self::WrongLength {
+                what,
+                expected,
+                got,
+            },
+            DecodingError::NonFinite { what, index, value } => {
+                Self::NonFinite { what, index, value }
+            }
+            DecodingError::OutOfRange {
+                what,
+                index,
+                value,
+                expected,
+            } => Self::OutOfRange {
+                what,
+                index,
+                value: value.into(),
+                expected,
+            },
+        }
+    }
 }

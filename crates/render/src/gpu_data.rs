@@ -1,6 +1,7 @@
 //! Mirrors of the shaders' uniform structs, with explicit padding.
 
 use bytemuck::{Pod, Zeroable};
+use dynaskin_decoding::MAX_SLOTS;
 use dynaskin_skeleton::{DualQuat, Skinning};
 use glam::{Affine3A, Mat4};
 
@@ -16,11 +17,8 @@ pub(crate) const MAX_OCCLUDERS: usize = 48;
 /// Triangles of the floor disc (`shader/floor.wgsl`, `DISC_SEGMENTS`).
 pub(crate) const DISC_SEGMENTS: u32 = 64;
 
-/// Bodies that one batch decodes (`shader/decode.wgsl`, `MAX_SLOTS`).
-pub(crate) const MAX_SLOTS: usize = 64;
-
 /// Threads of one workgroup of the passes that skin and decode (`shader/skin_compute.wgsl`,
-/// `shader/decode_compute.wgsl`).
+/// `decode_compute.wgsl`).
 pub(crate) const SKIN_WORKGROUP: u32 = 64;
 
 /// `Frame` of `shader/frame.wgsl`; the fields' meaning stands there.
@@ -116,7 +114,7 @@ impl SkinUniform {
     }
 }
 
-/// `Batch` of `shader/decode.wgsl`; the fields' meaning stands there.
+/// `Batch` of `decode.wgsl`; the fields' meaning stands there.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct BatchUniform {

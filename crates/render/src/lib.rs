@@ -38,8 +38,8 @@ mod targets;
 
 pub use body::OffsetSizes;
 pub use camera::Camera;
-pub use decoder::DecoderMatrix;
 pub use decoding::DecoderId;
+pub use dynaskin_decoding::DecoderMatrix;
 pub use dynaskin_skeleton::Skinning;
 pub use error::RenderError;
 pub use gpu::{DeviceLost, Gpu, SkinningPath};

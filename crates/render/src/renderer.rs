@@ -7,10 +7,9 @@ use dynaskin_skeleton::Skinning;
 use glam::Mat4;
 
 use crate::{
-    BodyMesh, Camera, DeviceLost, Gpu, Look, OffsetSizes, PixelSize, RenderError,
+    BodyMesh, Camera, DecoderMatrix, DeviceLost, Gpu, Look, OffsetSizes, PixelSize, RenderError,
     body::Body,
     check,
-    decoder::DecoderMatrix,
     decoding::{DecoderId, Decoding},
     gpu_data::{DISC_SEGMENTS, FrameUniform, HEAT_STOPS, JOINT_COUNT},
     heat::{heat_stops_linear, linear_from_srgb},

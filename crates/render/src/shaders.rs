@@ -1,6 +1,8 @@
 //! Composition of the WGSL files into modules. WGSL has no includes: parts are concatenated, and
 //! each part is written so that declarations never collide.
 
+use dynaskin_decoding as decoding;
+
 const SKIN: &str = include_str!("../shader/skin.wgsl");
 const SKIN_COMPUTE: &str = include_str!("../shader/skin_compute.wgsl");
 const FRAME: &str = include_str!("../shader/frame.wgsl");
@@ -16,9 +18,6 @@ const SHADOW_SKINNED: &str = include_str!("../shader/shadow_skinned.wgsl");
 const SHADOW_SKINNING: &str = include_str!("../shader/shadow_skinning.wgsl");
 const SHADOW_FROM_BUFFERS: &str = include_str!("../shader/shadow_from_buffers.wgsl");
 const SHADOW_FROM_TEXTURES: &str = include_str!("../shader/shadow_from_textures.wgsl");
-const DECODE: &str = include_str!("../shader/decode.wgsl");
-const DECODE_COMPUTE: &str = include_str!("../shader/decode_compute.wgsl");
-const DECODE_FRAGMENT: &str = include_str!("../shader/decode_fragment.wgsl");
 const DECODED: &str = include_str!("../shader/decoded.wgsl");
 
 /// One shader module: its parts in order.
@@ -76,10 +75,14 @@ impl Shader {
         true,
     );
     /// Compute pass that decodes.
-    pub const DECODE_COMPUTE: Self = Self::new("decode", &[DECODE, DECODE_COMPUTE], false);
+    pub const DECODE_COMPUTE: Self =
+        Self::new("decode", &[decoding::SHARED, decoding::COMPUTE], false);
     /// Fragment passes that decode.
-    pub const DECODE_FRAGMENT: Self =
-        Self::new("decode_fragment", &[DECODE, DECODE_FRAGMENT], true);
+    pub const DECODE_FRAGMENT: Self = Self::new(
+        "decode_fragment",
+        &[decoding::SHARED, decoding::FRAGMENT],
+        true,
+    );
 
     /// Every module.
     pub const ALL: [Self; 11] = [

@@ -5,10 +5,12 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use dynaskin_body::{Figure, Figures, Pose, Region, Trait};
+use dynaskin_decoding::{BodyTexels, DecoderMatrix, DecodingError, Tables};
 use dynaskin_runtime::{
     Avatar, Controls, Decoding, Detail, LinearDecoder, Model, PoseSource, Settled, Skinning,
     StepReport,
 };
+use js_sys::{Array, Float32Array, Uint32Array};
 use wasm_bindgen::prelude::*;
 
 use crate::controls;
@@ -24,6 +26,10 @@ const SOURCES: [PoseSource; 4] = [
     PoseSource::Network,
     PoseSource::AsGiven,
 ];
+
+fn refused(error: DecodingError) -> Thrown {
+    Thrown::argument(error.to_string())
+}
 
 fn source_number(source: PoseSource) -> u8 {
     match source {
@@ -632,6 +638,54 @@ impl CoreAvatar {
     #[wasm_bindgen(js_name = decoderWeights)]
     pub fn decoder_weights(&self) -> Vec<f32> {
         self.of_decoder(|decoder| decoder.weights().as_flattened().to_vec())
+    }
+
+    /// The decoder as tables for a graphics card, in whole rows of texels, as `Tables` of the crate
+    /// `dynaskin-decoding` has them: vertices u32 `[texel][4]`, weights f32 `[texel][4]`, corners u32 `[texel][2]`.
+    ///
+    /// # Errors
+    /// Throws `argument` where the decoder is no matrix.
+    #[wasm_bindgen(js_name = decoderTables)]
+    pub fn decoder_tables(&self) -> Result<Array, JsValue> {
+        let avatar = self.avatar.borrow();
+        let model = avatar.model();
+        let decoder = model
+            .linear_decoder()
+            .ok_or_else(|| Thrown::argument("This decoder is no matrix.".to_owned()))?;
+        let matrix = DecoderMatrix {
+            vertex_count: model.body().vertex_count(),
+            faces: model.body().faces.as_flattened(),
+            soft_vertices: model.soft_vertices(),
+            starts: decoder.starts(),
+            latents: decoder.latents(),
+            weights_m: decoder.weights().as_flattened(),
+            latent_count: decoder.latent_count(),
+        };
+        let tables = Tables::new(&matrix).map_err(refused)?;
+        let (vertices, weights, corners) = (&tables.vertices, &tables.weights, &tables.corners);
+        Ok(Array::of3(
+            &Uint32Array::from(vertices.as_flattened()),
+            &Float32Array::from(weights.as_flattened()),
+            &Uint32Array::from(corners.as_flattened()),
+        ))
+    }
+
+    /// What a graphics card decodes the avatar from besides its latents, likewise (`BodyTexels`): positions
+    /// without offsets f32 `[texel][4]`, gains and limits f32 `[texel][2]`.
+    ///
+    /// # Errors
+    /// Throws `argument` for numbers that are not finite.
+    #[wasm_bindgen(js_name = bodyTexels)]
+    pub fn body_texels(&self) -> Result<Array, JsValue> {
+        let avatar = self.avatar.borrow();
+        let still: &[f32] = bytemuck::cast_slice(avatar.still_positions_rest_m());
+        let (gains, limits_m) = (avatar.vertex_gains(), avatar.vertex_limits_m());
+        let body = BodyTexels::new(still, avatar.model().soft_vertices(), gains, limits_m)
+            .map_err(refused)?;
+        Ok(Array::of2(
+            &Float32Array::from(body.still_positions.as_flattened()),
+            &Float32Array::from(body.controls.as_flattened()),
+        ))
     }
 
     /// How many latents it takes.

@@ -10,7 +10,14 @@ import {
   regionIndex,
 } from "./controls.js";
 import { type Core, CoreArray } from "./core.js";
-import { type DecoderMatrix, type Decoding, isCard, type Undecoded } from "./decoding.js";
+import {
+  bodyTexelsOf,
+  type DecoderMatrix,
+  type Decoding,
+  isCard,
+  tablesOf,
+  type Undecoded,
+} from "./decoding.js";
 import { checkDistance, type Detail, detailIndex, detailOf } from "./detail.js";
 import { DynaSkinError } from "./error.js";
 import { type Figure, figureNumbers, figureOf, isFigure, type Shape } from "./figure.js";
@@ -452,6 +459,8 @@ export class Avatar {
           stillPositions: raw.stillPositions(),
           vertexControls: raw.vertexControls(),
         }),
+        bodyTexels: () => this.#core.guard(() => bodyTexelsOf(raw)),
+        tables: () => this.#core.guard(() => tablesOf(raw)),
       };
     });
   }

@@ -1,7 +1,9 @@
 // What every engine's adapter does alike. An engine adds the functions of `EngineRig`.
+import type { Undecoded } from "../decoding.js";
 import { DynaSkinError } from "../error.js";
 import { checkLength, JOINT_NAMES, POSE_LENGTH, type Pose } from "../pose.js";
 import { isDualQuaternion } from "../skinning.js";
+import type { CardSeat, MaybeUndecoded } from "./card.js";
 import {
   checkPlaces,
   checkSource,
@@ -57,6 +59,14 @@ export interface EngineRig {
   /** Hands positions and normals to the engine. */
   upload(): void;
   /**
+   * Has the graphics card write positions and normals from now on, until the next {@link upload}: a place among
+   * those that it decodes. Null where it cannot, or where it is not known yet which card draws.
+   *
+   * @param vertexOf - the body's vertex for each of the mesh
+   * @param refresh - brings {@link positions} and {@link normals} up to date, for whoever reads them
+   */
+  seat(undecoded: Undecoded, vertexOf: Uint32Array, refresh: () => void): CardSeat | null;
+  /**
    * Has the engine blend dual quaternions, or skin as it does by itself, as it does at first.
    *
    * @throws DynaSkinError `argument` where the engine cannot; nothing has changed then
@@ -83,6 +93,11 @@ export abstract class SkinDriver<Mesh extends object> {
   /** Of the shape that the skeleton fits. */
   #revision: number;
   #isDual = false;
+  /** What the card decodes for; null while the CPU does. */
+  #seat: CardSeat | null = null;
+  #vertexOf: Uint32Array | null = null;
+  /** Whether the arrays of the rig are older than what is shown. */
+  #isBehind = false;
 
   /** @internal */
   constructor(avatar: TissueSource, mesh: Mesh, options: RigOptions, rigOf: () => EngineRig) {
@@ -151,9 +166,41 @@ export abstract class SkinDriver<Mesh extends object> {
   show(): void {
     const rig = this.#alive;
     this.#followSkinning(rig);
+    if (this.#leaveToCard(rig)) return;
     this.#copySurface(rig);
     rig.upload();
   }
+
+  /**
+   * Whether the engine's graphics card decodes the surface that is shown: with the `decoding` `card` of the avatar
+   * or of its crowd. False where the CPU does, such as before the engine has drawn the mesh for the first time.
+   */
+  get isDecodedOnCard(): boolean {
+    return this.#seat !== null && !this.#seat.isLost;
+  }
+
+  #leaveToCard(rig: EngineRig): boolean {
+    const { undecoded = null } = this.avatar as MaybeUndecoded;
+    this.#seat = undecoded && rig.seat(undecoded, this.#vertices(rig), this.#refresh);
+    if (!undecoded || !this.#seat) return false;
+    this.#seat.take(undecoded);
+    this.#isBehind = true;
+    return true;
+  }
+
+  #vertices(rig: EngineRig): Uint32Array {
+    const same = { length: rig.positions.length / 3 };
+    this.#vertexOf ??= this.#vertexMap
+      ? Uint32Array.from(this.#vertexMap)
+      : Uint32Array.from(same, (_, vertex) => vertex);
+    return this.#vertexOf;
+  }
+
+  readonly #refresh = (): void => {
+    if (!this.#isBehind || !this.#rig) return;
+    this.#isBehind = false;
+    this.#copySurface(this.#rig);
+  };
 
   /**
    * Poses the bones by a dynaskin pose, for motions that come from `Motion.poseAt` instead of
@@ -181,6 +228,7 @@ export abstract class SkinDriver<Mesh extends object> {
     const rig = this.#rig;
     if (!rig) return;
     this.#rig = null;
+    this.#seat = null;
     releaseMesh(this.mesh);
     if (this.#isDual) rig.blendDualQuaternions(false);
     rig.detach();
@@ -250,6 +298,7 @@ export abstract class SkinDriver<Mesh extends object> {
   }
 
   #copySurface(rig: EngineRig): void {
+    this.#isBehind = false;
     copyVertices(this.avatar.positions, rig.positions, this.#vertexMap);
     copyVertices(this.avatar.normals, rig.normals, this.#vertexMap);
   }

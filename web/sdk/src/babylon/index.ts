@@ -17,13 +17,17 @@ export type { Humanoid } from "./read-avatar.js";
 import type { Bone } from "@babylonjs/core/Bones/bone.js";
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
 import { BoundingInfo } from "@babylonjs/core/Culling/boundingInfo.js";
+import type { ThinEngine } from "@babylonjs/core/Engines/thinEngine.js";
 import { Matrix, Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import type { Geometry } from "@babylonjs/core/Meshes/geometry.js";
 import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import type { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
+import type { CardSeat } from "../adapter/card.js";
 import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import type { MeshSkin } from "../adapter/vertex-map.js";
+import { type WebGlCard, webGlCard } from "../adapter/webgl-card.js";
+import type { Undecoded } from "../decoding.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
 import { blendDualQuaternions } from "./dual-quaternion.js";
@@ -89,6 +93,10 @@ class BabylonRig implements EngineRig {
   #restore = () => {};
   #reachM = 0;
   #dualQuaternions: { detach(): void } | null = null;
+  /** What decodes in the engine's context, from when it is first wanted on. */
+  #card: WebGlCard | null = null;
+  #seat: CardSeat | null = null;
+  #drawing: { remove(): void } | null = null;
 
   constructor(mesh: Mesh, { boneNames, motionVectors = false }: RigOptions) {
     const geometry = mesh?.geometry;
@@ -156,6 +164,8 @@ class BabylonRig implements EngineRig {
   }
 
   detach(): void {
+    this.#drawing?.remove();
+    this.#seat?.free();
     this.#restore();
     this.#plugged?.dispose();
     this.#previous?.dispose();
@@ -212,6 +222,31 @@ class BabylonRig implements EngineRig {
     this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.positions, false);
     this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.normals, false);
     this.#previous?.follow(this.positions);
+    this.#seat?.overwrite();
+  }
+
+  seat(undecoded: Undecoded, vertexOf: Uint32Array): CardSeat | null {
+    // The previous positions are copied from the array.
+    if (this.#hasMotionVectors) return null;
+    if (this.#seat && !this.#seat.isLost) return this.#seat;
+    this.#card = this.#cardOfEngine();
+    const buffers = [VertexBuffer.PositionKind, VertexBuffer.NormalKind].map(
+      (kind) => this.#geometry.getVertexBuffer(kind)?.getBuffer()?.underlyingResource,
+    );
+    const [positions, normals] = buffers as (WebGLBuffer | undefined)[];
+    if (!this.#card || !positions || !normals) return null;
+    this.#seat = this.#card.seat(undecoded, { positions, normals, vertexOf });
+    return this.#seat;
+  }
+
+  #cardOfEngine(): WebGlCard | null {
+    const { _gl: gl, isWebGPU } = this.#mesh.getEngine() as ThinEngine;
+    if (isWebGPU || !gl) return null;
+    // Before shadows and other textures, and again before each camera's picture.
+    this.#drawing ??= this.#mesh
+      .getScene()
+      .onBeforeRenderTargetsRenderObservable.add(() => this.#card?.flush());
+    return webGlCard(gl);
   }
 
   blendDualQuaternions(on: boolean): void {

@@ -19,11 +19,15 @@ import {
   Sphere,
   Vector3,
 } from "three";
+import type { CardSeat } from "../adapter/card.js";
 import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import type { MeshSkin } from "../adapter/vertex-map.js";
+import type { WebGlCard } from "../adapter/webgl-card.js";
+import type { Undecoded } from "../decoding.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { CardSurface, cardOf, DrawWatch } from "./card.js";
 import { blendDualQuaternions } from "./dual-quaternion.js";
 import { PreviousPositions } from "./motion-vectors.js";
 import { withAttributes } from "./own-geometry.js";
@@ -108,8 +112,19 @@ class ThreeRig implements EngineRig {
   #restore = () => {};
   #reachM = 0;
   #dualQuaternions: { detach(): void } | null = null;
+  readonly #hasMotionVectors: boolean;
+  /** Says which renderer draws the mesh, from when a card is first wanted on. */
+  #draws: DrawWatch | null = null;
+  /** That renderer; null before it has drawn. */
+  #renderer: unknown = null;
+  /** Whether others draw the mesh too: buffers are those of one context. */
+  #isShared = false;
+  #card: WebGlCard | null = null;
+  /** What the card writes, and whether the mesh is drawn from it. */
+  #surface: CardSurface | null = null;
+  #isOnCard = false;
 
-  constructor(mesh: SkinnedMesh, { boneNames, motionVectors }: RigOptions) {
+  constructor(mesh: SkinnedMesh, { boneNames, motionVectors = false }: RigOptions) {
     if (!mesh.skeleton) {
       throw new DynaSkinError("argument", "DynaSkin needs a SkinnedMesh with a skeleton.");
     }
@@ -128,6 +143,7 @@ class ThreeRig implements EngineRig {
     const [own, normal] = this.#attributes as [BufferAttribute, BufferAttribute];
     // The shape's morph targets are left out: the avatar's positions have the shape already.
     this.#geometry = withAttributes(geometry, new Map(Object.entries({ position: own, normal })));
+    this.#hasMotionVectors = motionVectors;
     if (motionVectors) new PreviousPositions(own).attach(this.#geometry);
     this.#skeleton = new Skeleton(
       skeleton.bones,
@@ -180,6 +196,9 @@ class ThreeRig implements EngineRig {
   }
 
   detach(): void {
+    this.#draws?.release();
+    this.#surface?.free();
+    this.#drawUploaded();
     this.#restore();
     for (const [joint, bone] of this.#bones.entries()) {
       bone.position.copy(this.#bonePositions[joint] ?? bone.position);
@@ -228,12 +247,49 @@ class ThreeRig implements EngineRig {
   }
 
   upload(): void {
+    this.#drawUploaded();
     for (const attribute of this.#attributes) attribute.needsUpdate = true;
   }
 
+  seat(undecoded: Undecoded, vertexOf: Uint32Array, refresh: () => void): CardSeat | null {
+    // The previous positions are copied from the array.
+    if (this.#hasMotionVectors) return null;
+    if (!this.#draws) this.#draws = new DrawWatch(this.#mesh, (by) => this.#beforeDrawing(by));
+    this.#draws.follow();
+    if (this.#surface?.isLost) this.#surface = null;
+    this.#card = this.#isShared ? null : cardOf(this.#renderer);
+    if (!this.#card) return null;
+    const numbers = { position: this.positions, normal: this.normals };
+    this.#surface ??= CardSurface.of(this.#card, undecoded, numbers, vertexOf, refresh);
+    if (this.#surface && !this.#isOnCard) {
+      this.#surface.attach(this.#geometry);
+      this.#isOnCard = true;
+    }
+    return this.#surface;
+  }
+
   blendDualQuaternions(on: boolean): void {
+    // Each gives back the functions of the mesh that it found.
+    this.#draws?.release();
     this.#dualQuaternions?.detach();
     this.#dualQuaternions = on ? blendDualQuaternions(this.#mesh) : null;
+    this.#draws?.follow();
+  }
+
+  #beforeDrawing(renderer: unknown): void {
+    this.#renderer ??= renderer;
+    this.#isShared ||= renderer !== this.#renderer;
+    this.#card?.flush();
+  }
+
+  /** Draws from what is uploaded. */
+  #drawUploaded(): void {
+    if (!this.#isOnCard) return;
+    this.#isOnCard = false;
+    this.#surface?.overwrite();
+    const [position, normal] = this.#attributes;
+    if (position) this.#geometry.setAttribute("position", position);
+    if (normal) this.#geometry.setAttribute("normal", normal);
   }
 
   #bone(joint: number): Bone {
