@@ -322,7 +322,14 @@ export class App {
   }
 
   #reshape(): void {
-    for (const avatar of this.#playback?.avatars ?? []) avatar.setShape(this.store.state.shape);
+    const { shape, shown, chapter } = this.store.state;
+    if (chapter) return;
+    const others = (this.#playback?.avatars ?? []).filter(
+      (avatar, idx) =>
+        !shown[idx]?.shape && avatar.shape.some((beta, at) => beta !== Math.fround(shape[at] ?? 0)),
+    );
+    if (others.length === 0) return;
+    for (const avatar of others) avatar.setShape(shape);
     // Longer legs take other steps.
     wait(this.store, { motion: true });
   }

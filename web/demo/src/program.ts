@@ -1,5 +1,6 @@
-import { type Avatar, Motion } from "dynaskin";
+import { type Avatar, Motion, type Shape } from "dynaskin";
 import { ByHand, type Playable } from "./by-hand.js";
+import { storyFigure } from "./chapters.js";
 import type { PlayedInstead } from "./code.js";
 import { findMotion, type MotionFile, motionLabel, motionOptions } from "./motions.js";
 import type { PageStore } from "./state.js";
@@ -27,9 +28,10 @@ export class Program {
     return { fileName: file?.name ?? null, clip };
   }
 
-  /** The shape that the body must have: the clip's own, or the settings'. */
-  get shape(): readonly number[] {
-    const { file, truth, shape } = this.#store.state;
+  /** The shape that the body must have: the clip's own, the story's, or the settings'. */
+  get shape(): Shape {
+    const { file, truth, chapter, sex, shape } = this.#store.state;
+    if (chapter) return storyFigure(sex);
     return truth && !file ? truth.shape : shape;
   }
 
