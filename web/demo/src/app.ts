@@ -92,7 +92,7 @@ export class App {
     this.#capture = new Capture(view, () => this.draw(0));
     byId("share-clip").addEventListener("click", () => {
       byId<HTMLDialogElement>("share-dialog").close();
-      void this.#capture.saveClip(filmTexts(state), (seconds) => this.draw(seconds));
+      void this.#film();
     });
     bindDialogs(store, () =>
       codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null),
@@ -169,6 +169,43 @@ export class App {
     this.#story.direct(playback);
     playback.advance(seconds * playback.speed);
     this.#story.follow(playback);
+  }
+
+  /** Saves a film of what is on the screen, which moves in it even where it stands still now. */
+  async #film(): Promise<void> {
+    const playback = this.#playback;
+    const { paused } = this.store.state;
+    if (!playback || this.#capture.isBusy) return;
+    const { timeSeconds } = playback;
+    if (paused) this.store.change({ paused: false });
+    this.#view.setFilming(true);
+    try {
+      const texts = { ...filmTexts(this.store.state), middles: () => this.#nameMiddles };
+      await this.#capture.saveClip(texts, (seconds) => this.draw(seconds));
+    } finally {
+      this.#view.setFilming(false);
+      this.#loop.skip();
+      if (paused) {
+        this.store.change({ paused });
+        this.#goTo(timeSeconds);
+      }
+    }
+  }
+
+  /** Where actors beside each other are in the picture, as shares of its width from the left; null: they are not. */
+  get #nameMiddles(): number[] | null {
+    const { isPaired, shownLayout } = this.store.state;
+    const playback = this.#playback;
+    if (!playback || shownLayout !== "side") return null;
+    const crownsM = this.stage.crownsM(playback.avatars);
+    const placesM = this.stage.placesM(crownsM.length);
+    const { clientWidth } = this.#view.parts[0]?.canvas ?? document.body;
+    return crownsM.map(([x, y, z], idx) => {
+      const [asideM, aheadM] = placesM[idx] ?? [0, 0];
+      const { xPx } = this.#view.project([x + asideM, y, z + aheadM]);
+      const aside = isPaired ? this.#view.asidePx(idx === 0 ? "left" : "right") : 0;
+      return (xPx + aside) / Math.max(1, clientWidth);
+    });
   }
 
   /** Loads the model of the settings; see {@link Loader.openModel}. */

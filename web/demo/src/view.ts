@@ -32,8 +32,12 @@ function storyCoveredPixels(chapter: string): { top: number; right: number; bott
   return { top: 0, right: 0, bottom: chapter === "grab" ? 60 : 0 };
 }
 
+/** Whether the canvases are square, for a film, without anything over them. */
+const isFilming = () => document.documentElement.classList.contains("filming");
+
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
 export function coveredPixels(): { top: number; right: number; bottom: number } {
+  if (isFilming()) return { top: 0, right: 0, bottom: 0 };
   const { chapter } = document.documentElement.dataset;
   if (chapter && chapter !== "lab") return storyCoveredPixels(chapter);
   if (narrowScreen.matches) {
@@ -108,8 +112,20 @@ export class View {
   /** The canvases that the picture is made of, from the bottom up, and where each begins and ends. */
   get parts(): { canvas: HTMLCanvasElement; from: number; to: number }[] {
     const share = this.#left ? this.#leftShare : 0;
-    const right = { canvas: this.#main.canvas, from: share, to: 1 };
-    return this.#left ? [right, { canvas: this.#left.canvas, from: 0, to: share }] : [right];
+    const parts = [{ canvas: this.#main.canvas, from: share, to: 1 }];
+    if (this.#left) parts.push({ canvas: this.#left.canvas, from: 0, to: share });
+    // Without an outline it has no pixels.
+    const ghost = byId<HTMLCanvasElement>("ghost");
+    if (ghost.width > 0) parts.push({ canvas: ghost, from: 0, to: 1 });
+    return parts;
+  }
+
+  /** Makes the canvases square for a film, which has room for all actors, or gives them the window again. */
+  setFilming(on: boolean): void {
+    document.documentElement.classList.toggle("filming", on);
+    this.#main.fit();
+    this.#left?.fit();
+    this.#drawn = "";
   }
 
   /** Size of the picture in pixels, and what share of the screen's pixels that is along each side. */
@@ -293,8 +309,8 @@ export class View {
   /** What plots, timings and the caption cover of a row of actors. */
   get coveredLeftPx(): number {
     const isRow = this.#isPaired || this.#main.bodies.length > 1;
-    if (!isRow || narrowScreen.matches || document.documentElement.dataset.chapter !== "lab")
-      return 0;
+    const isLab = document.documentElement.dataset.chapter === "lab";
+    if (!isRow || !isLab || narrowScreen.matches || isFilming()) return 0;
     if (!byId("plots").hidden || !byId("hud").hidden) return READINGS_WIDTH_PX.usual;
     return byId("caption").checkVisibility() ? READINGS_WIDTH_PX.caption : 0;
   }
