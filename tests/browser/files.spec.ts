@@ -211,6 +211,36 @@ test("a file chosen with the button plays", async ({ reused: page }) => {
   await expect(page.locator("#caption")).toContainText("as the body turns back or stops");
 });
 
+for (const degrees of [180, 90]) {
+  test(`a file whose body faces ${degrees}° away is seen from the front, in a row from left to right`, async ({
+    reused: page,
+  }) => {
+    await openDemo(page, "?view=side&motion=twist");
+    await dropFile(page, "turned.bvh", hopFile(degrees));
+    await expect(page.locator("#now-playing")).toContainText("turned.bvh");
+    // 1: the camera looks into the face; -1: at the back.
+    const seen = () =>
+      page.evaluate(() => {
+        const demo = window.dynaskinDemo;
+        if (!demo?.avatar) throw new Error("the demo is not ready");
+        demo.seek(0);
+        const [faceX = 0, , faceZ = 0] = demo.avatar.skinMatrices.subarray(8, 11);
+        const [awayX, , awayZ] = demo.view.camera.awayM;
+        const middles = demo.bodiesPx.map(({ left, right }) => (left + right) / 2);
+        return { front: -(faceX * awayX + faceZ * awayZ), middles };
+      });
+    const turned = await seen();
+    await picture(page, `turned-${degrees}`);
+    expect(turned.front).toBeGreaterThan(0.8);
+    expect((turned.middles[1] ?? 0) - (turned.middles[0] ?? 0)).toBeGreaterThan(80);
+    await page.getByRole("combobox", { name: "Motion" }).selectOption("jump");
+    await expect(page.locator("#now-playing")).toContainText("Jump");
+    const after = await seen();
+    expect(after.front).toBeGreaterThan(0.8);
+    expect((after.middles[1] ?? 0) - (after.middles[0] ?? 0)).toBeGreaterThan(80);
+  });
+}
+
 /** The hop with the body 9,000 km away at one frame, further than a pose may be. */
 function farAway(frame: number): string {
   const lines = hopFile().split("\n");

@@ -13,6 +13,7 @@ import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
 import { type Extent, extentsOf, largestGapPx } from "./extent.js";
 import { followStore } from "./follow.js";
+import { FromFront } from "./from-front.js";
 import { Ghost } from "./ghost.js";
 import { Hud } from "./hud.js";
 import { Loader } from "./loader.js";
@@ -241,8 +242,7 @@ export class App {
         return this.#playback.avatar;
       },
       play: (motion, { name, bytes }) => {
-        this.#playback?.setMotion(motion);
-        if (this.#playback) this.#view.camera.turnToFace(this.#playback.pose);
+        this.#playback?.setMotion(new FromFront(motion));
         this.#program.setFile({ name, bytes });
         wait(this.store, { motion: false });
         leaveClip(this.store);
