@@ -1,6 +1,9 @@
 import { type Pose, restPose } from "dynaskin";
 import type { Playable } from "./by-hand.js";
 
+/** When a body shows where it faces: the first frame of a file is often of a calibration. */
+const BEGUN_SECONDS = 0.5;
+
 /**
  * A motion, turned about the vertical so that its body faces +Z at its beginning, as the built-in ones do: a file may
  * begin with its back to the camera and to the light.
@@ -13,7 +16,7 @@ export class FromFront implements Playable {
   constructor(motion: Playable) {
     this.#motion = motion;
     const first = restPose();
-    motion.poseAt(0, first);
+    motion.poseAt(Math.min(BEGUN_SECONDS, motion.durationSeconds / 2), first);
     const [x = 0, y = 0, z = 0, w = 1] = first.subarray(3, 7);
     this.#turnRadians = -Math.atan2(2 * (x * z + w * y), 1 - 2 * (x * x + y * y));
   }
