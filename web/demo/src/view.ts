@@ -2,7 +2,7 @@ import type { Body } from "dynaskin";
 import type { Backend, BodyHandle, Camera, Renderer } from "dynaskin/renderer";
 import { byId } from "./dom.js";
 import { type Appearance, Layer } from "./layer.js";
-import { narrowScreen, shortScreen } from "./narrow.js";
+import { lowScreen, narrowScreen, shortScreen } from "./narrow.js";
 import { OrbitCamera } from "./orbit.js";
 
 /** Vertical angle of view, in radians. */
@@ -21,6 +21,8 @@ const SHEET_TITLE_PX = { phone: 118, tablet: 168 };
 const phoneScreen = matchMedia("(max-width: 620px)");
 /** Title with names, and the playback bar: low pictures have no room for a body behind them. */
 const SHORT_COVERED_PX = { top: 96, bottom: 70 };
+/** The same in pictures that are high enough for the body, but not for the names over its head as well. */
+const LOW_COVERED_PX = { top: 144, bottom: 80 };
 /** Share of the height that is free which a standing body takes. */
 const SHORT_BODY = 0.72;
 
@@ -293,7 +295,7 @@ export class View {
     // Pixels of the canvas to metres at the body.
     const height = Math.max(1, this.#main.canvas.clientHeight);
     const metresPerPixel = (2 * this.camera.reachM * Math.tan(fovYRadians / 2)) / height;
-    const { top, right, bottom } = coveredPixels();
+    const { top, right, bottom } = this.#coveredPixels;
     const left = this.#isPaired ? 0 : this.coveredLeftPx;
     const shift = this.camera.shiftM(
       ((right - left) / 2 - asidePx) * metresPerPixel,
@@ -304,6 +306,22 @@ export class View {
       targetWorldM: add(this.camera.targetWorldM, shift),
       fovYRadians,
     };
+  }
+
+  /** Whether the Lab shows whole bodies: those close by fill the picture. */
+  get #showsWholeLab(): boolean {
+    return document.documentElement.dataset.chapter === "lab" && !this.camera.isClose;
+  }
+
+  /** Whether the names of a row would hang over faces, because the title is where they had room. */
+  get #isLowLab(): boolean {
+    const isRow = this.#main.bodies.length > 1;
+    const isOther = narrowScreen.matches || shortScreen.matches || isFilming();
+    return isRow && this.#showsWholeLab && lowScreen.matches && !isOther;
+  }
+
+  get #coveredPixels(): { top: number; right: number; bottom: number } {
+    return this.#isLowLab ? { ...coveredPixels(), ...LOW_COVERED_PX } : coveredPixels();
   }
 
   /** What plots, timings and the caption cover of a row of actors. */
@@ -329,10 +347,10 @@ export class View {
         : this.camera.isClose
           ? ASPECT.close
           : ASPECT.one;
-    const { top, bottom } = coveredPixels();
+    const { top, bottom } = this.#coveredPixels;
     const free = Math.max(0.1, 1 - (top + bottom) / Math.max(1, clientHeight));
-    const isLab = document.documentElement.dataset.chapter === "lab";
-    const isLow = shortScreen.matches || (isLab && narrowScreen.matches && !this.camera.isClose);
+    const isNarrowLab = this.#showsWholeLab && narrowScreen.matches;
+    const isLow = shortScreen.matches || isNarrowLab || this.#isLowLab;
     const low = isLow ? SHORT_BODY / free : 1;
     return Math.max(1, low, wanted / aspect);
   }
