@@ -127,8 +127,8 @@ export function hopAt(frame: number): { hipCm: number; degreesOf: (name: string)
   return { hipCm: STANDING_HIP_CM + riseCm, degreesOf: (name) => rotation(name, riseCm) };
 }
 
-/** The file's text. */
-export function hopFile(): string {
+/** The file's text; the body faces so many degrees to its left of +Z. */
+export function hopFile(turnDegrees = 0): string {
   const names: string[] = [];
   const joint = (bone: Bone, depth: number): string => {
     const tab = "\t".repeat(depth);
@@ -150,7 +150,9 @@ export function hopFile(): string {
   const hierarchy = joint(SKELETON, 0);
   const frames = Array.from({ length: HOP_FRAMES }, (_, frame) => {
     const { hipCm, degreesOf } = hopAt(frame);
-    return [0, hipCm, 0, ...names.flatMap(degreesOf)].map((value) => +value.toFixed(4)).join(" ");
+    const turned = (name: string): Vector =>
+      name === SKELETON.name ? [0, 0, turnDegrees] : degreesOf(name);
+    return [0, hipCm, 0, ...names.flatMap(turned)].map((value) => +value.toFixed(4)).join(" ");
   });
   const time = (1 / FRAMES_PER_SECOND).toFixed(8);
   return `HIERARCHY\n${hierarchy}MOTION\nFrames: ${HOP_FRAMES}\nFrame Time: ${time}\n${frames.join("\n")}\n`;

@@ -125,8 +125,14 @@ for (const colorScheme of ["light", "dark"] as const) {
 test("neither names nor the caption cover a body, and the panel covers no actor", async ({
   page,
 }) => {
-  await page.setViewportSize({ width: 1280, height: 800 });
-  for (const query of ["?paused=1", EVERYTHING.replace("&hud=1", "")]) {
+  const everything = EVERYTHING.replace("&hud=1", "");
+  for (const [query, width, height] of [
+    [everything, 1280, 800],
+    ["?paused=1", 1280, 800],
+    ["?paused=1", 1280, 720],
+    ["?paused=1", 1000, 640],
+  ] as const) {
+    await page.setViewportSize({ width, height });
     await openAddress(page, `/${query}&resolution=full`);
     await expect(page.locator("#loading")).toHaveClass(/done/);
     await page.evaluate(() => window.dynaskinDemo?.seek(1.85));

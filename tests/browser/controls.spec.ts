@@ -24,7 +24,7 @@ const DRIVEN: Record<string, [spec: string, text: string]> = {
   "#chapter-grab": ["story", '"Grab it"'],
   "#chapter-look": ["story", '"Compare"'],
   "#code-copy": ["compare", '"Copy the program"'],
-  "#code-open": ["controls", '"Use it in ten lines"'],
+  "#code-open": ["controls", '"Use it in your page"'],
   "#code-text": ["compare", '"#code-text"'],
   "#copy-text": ["trouble", "HTMLTextAreaElement"],
   "#dynamics": ["demo", '"Tissue dynamics"'],
@@ -154,7 +154,7 @@ test("every control of the page is driven by a spec", async ({ page }) => {
 
 const DIALOGS: [open: string, name: string][] = [
   ["Keys and gestures", "Keys and gestures"],
-  ["Use it in ten lines", "Use it in ten lines"],
+  ["Use it in your page", "Use it in your page"],
   ["Run the benchmark on my machine", "Methods on this machine"],
   ["Link to this view", "Copy it by hand"],
 ];

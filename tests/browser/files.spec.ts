@@ -211,6 +211,47 @@ test("a file chosen with the button plays", async ({ reused: page }) => {
   await expect(page.locator("#caption")).toContainText("as the body turns back or stops");
 });
 
+/** A file whose first frame is another file's, as one of a calibration is. */
+function beginningAs(other: string, text: string): string {
+  const frames = (file: string) => file.slice(file.indexOf("\n", file.indexOf("Frame Time:")) + 1);
+  const [own, first] = [frames(text), frames(other)];
+  return text.replace(own, first.slice(0, first.indexOf("\n")) + own.slice(own.indexOf("\n")));
+}
+
+for (const [what, text] of [
+  ["180° away", hopFile(180)],
+  ["90° away", hopFile(90)],
+  ["180° away after a frame of calibration", beginningAs(hopFile(), hopFile(180))],
+] as const) {
+  test(`a file whose body faces ${what} is seen from the front, in a row from left to right`, async ({
+    reused: page,
+  }) => {
+    await openDemo(page, "?view=side&motion=twist");
+    await dropFile(page, "turned.bvh", text);
+    await expect(page.locator("#now-playing")).toContainText("turned.bvh");
+    // 1: the camera looks into the face; -1: at the back.
+    const seen = () =>
+      page.evaluate(() => {
+        const demo = window.dynaskinDemo;
+        if (!demo?.avatar) throw new Error("the demo is not ready");
+        demo.seek(0.6);
+        const [faceX = 0, , faceZ = 0] = demo.avatar.skinMatrices.subarray(8, 11);
+        const [awayX, , awayZ] = demo.view.camera.awayM;
+        const middles = demo.bodiesPx.map(({ left, right }) => (left + right) / 2);
+        return { front: -(faceX * awayX + faceZ * awayZ), middles };
+      });
+    const turned = await seen();
+    await picture(page, `turned-${what}`);
+    expect(turned.front).toBeGreaterThan(0.8);
+    expect((turned.middles[1] ?? 0) - (turned.middles[0] ?? 0)).toBeGreaterThan(80);
+    await page.getByRole("combobox", { name: "Motion" }).selectOption("jump");
+    await expect(page.locator("#now-playing")).toContainText("Jump");
+    const after = await seen();
+    expect(after.front).toBeGreaterThan(0.8);
+    expect((after.middles[1] ?? 0) - (after.middles[0] ?? 0)).toBeGreaterThan(80);
+  });
+}
+
 /** The hop with the body 9,000 km away at one frame, further than a pose may be. */
 function farAway(frame: number): string {
   const lines = hopFile().split("\n");

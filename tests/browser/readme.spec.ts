@@ -1,4 +1,4 @@
-// The programs of the README and of the guide for captures, as a reader would copy them.
+// The programs of the README, of the guide for captures and of the demo, as a reader would copy them.
 import { mkdirSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -6,7 +6,7 @@ import { build } from "vite";
 import { PACKAGES, writeModelPackages } from "../../scripts/lib/model-packages.mjs";
 import { snippetsOf } from "../../scripts/lib/snippets.mjs";
 import { REPOSITORY_URL, ROOT } from "./places.js";
-import { differing, picture, variation } from "./support.js";
+import { differing, openDemo, picture, variation } from "./support.js";
 
 const FOLDER = "test-results/readme";
 const ALL = { x: 0, y: 0, width: 1, height: 1 };
@@ -67,6 +67,14 @@ test("the page without any tool shows a body that moves", async ({ page }) => {
   const folder = application("page");
   writeFileSync(join(folder, "index.html"), await codeOf("README.md", "html"));
   await expectMovingBody(page, `${REPOSITORY_URL}/${FOLDER}/page/index.html`, "readme-page");
+});
+
+test("the page that the demo gives away shows a body that moves", async ({ page }) => {
+  const folder = application("given");
+  await openDemo(page, "?motion=twist&sex=male&shape=1.5,-0.5&strength=1.5&paused=1");
+  await page.keyboard.press("u");
+  writeFileSync(join(folder, "index.html"), await page.locator("#code-text").inputValue());
+  await expectMovingBody(page, `${REPOSITORY_URL}/${FOLDER}/given/index.html`, "given-page");
 });
 
 test("the page of the guide for captures shows a body that moves", async ({ page }) => {

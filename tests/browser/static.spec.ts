@@ -74,6 +74,19 @@ test("the build works from a sub-path of a plain server", { tag: "@published" },
       expect(paths.some((path) => partOf(path) === "clips")).toBe(true);
       expect(paths.filter((path) => path.startsWith("404"))).toEqual([]);
     });
+
+    await test.step("a preview of its link has a picture", async () => {
+      const image = page.locator('meta[property="og:image"]');
+      const address = new URL((await image.getAttribute("content")) ?? "", page.url()).href;
+      const sizePx = await page.evaluate(async (src) => {
+        const poster = new Image();
+        poster.src = src;
+        await poster.decode();
+        return [poster.naturalWidth, poster.naturalHeight];
+      }, address);
+      // What previews ask for.
+      expect(Math.min(...sizePx)).toBeGreaterThanOrEqual(600);
+    });
     expect(problems).toEqual([]);
   } finally {
     server.closeAllConnections();

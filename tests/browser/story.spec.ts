@@ -1,7 +1,10 @@
 // What the page begins with: a body close by that lands, and the chapters after it.
+import { mkdirSync } from "node:fs";
 import { readFile } from "node:fs/promises";
+import { join } from "node:path";
 import { expect, type Page } from "@playwright/test";
 import type {} from "../../web/demo/src/hook.js";
+import { PICTURES } from "./places.js";
 import { differing, openAddress, openDemo, picture, test, variation } from "./support.js";
 
 /** One picture of the story's own clock, so that a slow machine measures the same. */
@@ -156,7 +159,7 @@ test("below the picture: papers, results, licence and how to cite", async ({ pag
   expect(card.ok()).toBe(true);
 });
 
-test("share: a film, a picture, a link and a program", async ({ page }) => {
+test("share: a picture, a link and a program", async ({ page }) => {
   await page.emulateMedia({ reducedMotion: "reduce" });
   await page.setViewportSize({ width: 420, height: 360 });
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
@@ -178,11 +181,28 @@ test("share: a film, a picture, a link and a program", async ({ page }) => {
   const png = page.waitForEvent("download");
   await page.locator("#share-picture").click();
   expect((await png).suggestedFilename()).toBe("dynaskin.png");
-  await open();
-  const film = page.waitForEvent("download", { timeout: 240_000 });
+});
+
+/** How much of the film's pictures differ, and how much the middle of each fifth of the first varies. */
+interface Film {
+  name: string;
+  bytes: number;
+  sizePx: number[];
+  seconds: number;
+  moved: number;
+  fifths: number[];
+}
+
+/** Saves the film that the dialog offers, which is open. */
+async function saveFilm(page: Page): Promise<Film> {
+  const film = page.waitForEvent("download", { timeout: 800_000 });
   await page.locator("#share-clip").click();
   const saved = await film;
-  const bytes = await readFile(await saved.path());
+  const name = saved.suggestedFilename();
+  const path = join(PICTURES, `film-${Date.now()}-${name}`);
+  mkdirSync(PICTURES, { recursive: true });
+  await saved.saveAs(path);
+  const bytes = await readFile(path);
   const seen = await page.evaluate(
     async ([base64, type]) => {
       const video = document.createElement("video");
@@ -191,15 +211,62 @@ test("share: a film, a picture, a link and a program", async ({ page }) => {
         video.onloadeddata = done;
         video.onerror = () => fail(new Error("the film cannot be played"));
       });
-      return [video.videoWidth, video.videoHeight, video.duration];
+      const canvas = new OffscreenCanvas(video.videoWidth, video.videoHeight);
+      const context = canvas.getContext("2d", { willReadFrequently: true });
+      if (!context) throw new Error("no 2D canvas");
+      const greens = async (seconds: number, x: number, width: number) => {
+        if (video.currentTime !== seconds) {
+          const sought = new Promise((done) => {
+            video.onseeked = done;
+          });
+          video.currentTime = seconds;
+          await sought;
+        }
+        context.drawImage(video, 0, 0);
+        const { data } = context.getImageData(x, 0.4 * canvas.height, width, 0.2 * canvas.height);
+        return data.filter((_, at) => at % 4 === 1);
+      };
+      const fifths: number[] = [];
+      for (let idx = 0; idx < 5; idx += 1) {
+        const strip = await greens(0.1, (idx * canvas.width) / 5, canvas.width / 5);
+        fifths.push(Math.max(...strip) - Math.min(...strip));
+      }
+      const before = await greens(0.1, 0, canvas.width);
+      const after = await greens(0.5, 0, canvas.width);
+      const moved = before.filter((value, at) => Math.abs(value - (after[at] ?? 0)) > 12).length;
+      return {
+        sizePx: [video.videoWidth, video.videoHeight],
+        seconds: video.duration,
+        ...{ moved: moved / before.length, fifths },
+      };
     },
-    [bytes.toString("base64"), saved.suggestedFilename().replace(/.*\./, "video/")],
+    [bytes.toString("base64"), name.replace(/.*\./, "video/")],
   );
-  console.log(`film: ${saved.suggestedFilename()}, ${bytes.length} bytes, ${seen.join(" ")}`);
-  if (saved.suggestedFilename().endsWith(".mp4")) {
-    expect(seen.slice(0, 2)).toEqual([720, 720]);
-    expect(seen[2]).toBeCloseTo(4, 1);
+  return { name, bytes: bytes.length, ...seen };
+}
+
+test("a film has all five bodies and moves, also where the page stands still", async ({ page }) => {
+  // 120 pictures, drawn and encoded in software.
+  test.slow();
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await page.setViewportSize({ width: 1000, height: 400 });
+  await openAddress(page, "/?chapter=bodies");
+  const before = await page.evaluate(() => window.dynaskinDemo?.timeSeconds);
+  await page.getByRole("button", { name: "Share", exact: true }).click();
+  const { name, bytes, sizePx, seconds, fifths, moved } = await saveFilm(page);
+  console.log(`film: ${name}, ${bytes} bytes, ${sizePx.join(" × ")}, ${seconds} s`);
+  console.log(`fifths vary by ${fifths.join(", ")}; ${(100 * moved).toFixed(1)} % moved`);
+  if (name.endsWith(".mp4")) {
+    expect(sizePx).toEqual([720, 720]);
+    expect(seconds).toBeCloseTo(4, 1);
   }
+  for (const fifth of fifths) expect(fifth).toBeGreaterThan(40);
+  expect(moved).toBeGreaterThan(0.02);
+  // And the page is as it was.
+  await expect(page.getByRole("button", { name: "Play", exact: true })).toBeVisible();
+  await expect.poll(() => page.evaluate(() => window.dynaskinDemo?.timeSeconds)).toBe(before);
+  const { width } = (await page.locator("#view").boundingBox()) ?? {};
+  expect(width).toBe(1000);
 });
 
 test("the body is plaster, or skin and cloth", async ({ reused: page }) => {

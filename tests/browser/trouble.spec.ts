@@ -256,7 +256,7 @@ test("without a clipboard the text is shown to be copied by hand", async ({ page
   await page.keyboard.press("u");
   await page.getByRole("button", { name: "Copy the program" }).click();
   expect(await shown()).toContain('from "dynaskin"');
-  await expect(page.getByRole("dialog", { name: "Use it in ten lines" })).toBeVisible();
+  await expect(page.getByRole("dialog", { name: "Use it in your page" })).toBeVisible();
   expect(problems).toEqual([]);
 });
 

@@ -45,6 +45,7 @@ enum Command {
     /// Fit simulated sequences with known truth, and print the errors.
     FitCheck(commands::fit_check::FitCheckArgs),
     /// Train the networks of a body on simulated clips and measure them on held-out ones.
+    #[command(after_help = commands::train::EXAMPLES)]
     Train(Box<commands::train::TrainArgs>),
     /// Write a bundle's networks as files for `dynaskin/slim`, after a check against tract.
     Slim(commands::slim::SlimArgs),
@@ -76,4 +77,43 @@ fn main() -> anyhow::Result<()> {
         }
     }?;
     commands::check_printed()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_examples_that_it_takes() {
+        let mut cli = Cli::command();
+        cli.build();
+        let own = cli.get_subcommands().filter(|one| one.get_name() != "help");
+        let leaves: Vec<_> = own
+            .flat_map(|one| match one.get_name() {
+                "body" => one
+                    .get_subcommands()
+                    .filter(|two| two.get_name() != "help")
+                    .collect(),
+                _ => vec![one],
+            })
+            .collect();
+        assert!(leaves.len() > 10);
+        for command in leaves {
+            let name = command.get_name();
+            let help = command.get_after_help().map(ToString::to_string);
+            let help = help.unwrap_or_default().replace("\\\n", "");
+            let examples: Vec<&str> = help
+                .lines()
+                .filter(|line| line.trim_start().starts_with("dynaskin "))
+                .collect();
+            assert!(!examples.is_empty(), "{name} has no examples");
+            for example in examples {
+                // The shell's own parts.
+                let words = example.split_whitespace();
+                let words = words.take_while(|word| !matches!(*word, ">" | "|"));
+                let parsed = Cli::try_parse_from(words);
+                assert!(parsed.is_ok(), "{example}: {:?}", parsed.err());
+            }
+        }
+    }
 }

@@ -13,6 +13,7 @@ import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
 import { type Extent, extentsOf, largestGapPx } from "./extent.js";
 import { followStore } from "./follow.js";
+import { FromFront } from "./from-front.js";
 import { Ghost } from "./ghost.js";
 import { Hud } from "./hud.js";
 import { Loader } from "./loader.js";
@@ -92,7 +93,7 @@ export class App {
     this.#capture = new Capture(view, () => this.draw(0));
     byId("share-clip").addEventListener("click", () => {
       byId<HTMLDialogElement>("share-dialog").close();
-      void this.#capture.saveClip(filmTexts(state), (seconds) => this.draw(seconds));
+      void this.#film();
     });
     bindDialogs(store, () =>
       codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null),
@@ -171,6 +172,43 @@ export class App {
     this.#story.follow(playback);
   }
 
+  /** Saves a film of what is on the screen, which moves in it even where it stands still now. */
+  async #film(): Promise<void> {
+    const playback = this.#playback;
+    const { paused } = this.store.state;
+    if (!playback || this.#capture.isBusy) return;
+    const { timeSeconds } = playback;
+    if (paused) this.store.change({ paused: false });
+    this.#view.setFilming(true);
+    try {
+      const texts = { ...filmTexts(this.store.state), middles: () => this.#nameMiddles };
+      await this.#capture.saveClip(texts, (seconds) => this.draw(seconds));
+    } finally {
+      this.#view.setFilming(false);
+      this.#loop.skip();
+      if (paused) {
+        this.store.change({ paused });
+        this.#goTo(timeSeconds);
+      }
+    }
+  }
+
+  /** Where actors beside each other are in the picture, as shares of its width from the left; null: they are not. */
+  get #nameMiddles(): number[] | null {
+    const { isPaired, shownLayout } = this.store.state;
+    const playback = this.#playback;
+    if (!playback || shownLayout !== "side") return null;
+    const crownsM = this.stage.crownsM(playback.avatars);
+    const placesM = this.stage.placesM(crownsM.length);
+    const { clientWidth } = this.#view.parts[0]?.canvas ?? document.body;
+    return crownsM.map(([x, y, z], idx) => {
+      const [asideM, aheadM] = placesM[idx] ?? [0, 0];
+      const { xPx } = this.#view.project([x + asideM, y, z + aheadM]);
+      const aside = isPaired ? this.#view.asidePx(idx === 0 ? "left" : "right") : 0;
+      return (xPx + aside) / Math.max(1, clientWidth);
+    });
+  }
+
   /** Loads the model of the settings; see {@link Loader.openModel}. */
   openModel(): Promise<void> {
     return this.#loader.openModel();
@@ -204,8 +242,7 @@ export class App {
         return this.#playback.avatar;
       },
       play: (motion, { name, bytes }) => {
-        this.#playback?.setMotion(motion);
-        if (this.#playback) this.#view.camera.turnToFace(this.#playback.pose);
+        this.#playback?.setMotion(new FromFront(motion));
         this.#program.setFile({ name, bytes });
         wait(this.store, { motion: false });
         leaveClip(this.store);
@@ -322,7 +359,14 @@ export class App {
   }
 
   #reshape(): void {
-    for (const avatar of this.#playback?.avatars ?? []) avatar.setShape(this.store.state.shape);
+    const { shape, shown, chapter } = this.store.state;
+    if (chapter) return;
+    const others = (this.#playback?.avatars ?? []).filter(
+      (avatar, idx) =>
+        !shown[idx]?.shape && avatar.shape.some((beta, at) => beta !== Math.fround(shape[at] ?? 0)),
+    );
+    if (others.length === 0) return;
+    for (const avatar of others) avatar.setShape(shape);
     // Longer legs take other steps.
     wait(this.store, { motion: true });
   }

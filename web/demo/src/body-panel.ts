@@ -1,12 +1,13 @@
 import traits from "virtual:traits";
 import { checkRadio } from "./controls.js";
 import { byId } from "./dom.js";
-import { Figures, type Words } from "./figures.js";
-import { randomShape, type Trait, withinBound } from "./likely.js";
+import { Figures } from "./figures.js";
+import { withinBound } from "./likely.js";
 import { SHAPE_LIMIT } from "./settings.js";
 import { createSlider, fillSliders, type Slider } from "./slider.js";
 import { chooseBody, type PageStore } from "./state.js";
-import { traitOf } from "./traits.js";
+import { type Trait, traitOf } from "./traits.js";
+import { randomWords, type Words } from "./words.js";
 
 const LABELS: Record<Trait["name"], string> = {
   stature: "Stature",
@@ -50,9 +51,10 @@ export class BodyPanel {
     );
     fillSliders("shape-coefficients", this.#coefficients);
     byId("shape-reset").addEventListener("click", () => this.#setShape(state.shape.map(() => 0)));
-    byId("shape-random").addEventListener("click", () =>
-      this.#setShape(randomShape(traits[state.sex])),
-    );
+    byId("shape-random").addEventListener("click", () => {
+      const shape = this.#figures.shapeOf(randomWords(traits[state.sex]));
+      if (shape) this.#setShape(shape);
+    });
     this.#makeTraits();
     store.on(
       () => [state.sex],

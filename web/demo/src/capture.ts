@@ -1,4 +1,4 @@
-import { type ClipTexts, makeClip } from "./clip.js";
+import { type ClipTexts, drawSquare, makeClip, SIDE_PX } from "./clip.js";
 import { byId } from "./dom.js";
 import { showError, showWhile } from "./toast.js";
 import type { View } from "./view.js";
@@ -14,6 +14,8 @@ export class Capture {
   readonly #redraw: () => void;
   readonly #canvas = document.createElement("canvas");
   #recorder: MediaRecorder | null = null;
+  /** What is written into a recording that stands in for a film. */
+  #texts: ClipTexts | null = null;
   #stopTimer = 0;
   #isFilming = false;
 
@@ -37,10 +39,10 @@ export class Capture {
 
   /**
    * Saves a square film of four seconds as MP4: `advance` moves the page on by so many seconds and draws. Where
-   * the browser cannot make one, a recording begins that ends by itself.
+   * the browser cannot make one, a recording of four seconds is saved. Resolves when it is.
    */
   async saveClip(texts: ClipTexts, advance: (seconds: number) => void): Promise<void> {
-    if (this.#isFilming || this.#recorder) return;
+    if (this.isBusy) return;
     this.#isFilming = true;
     const unsay = showWhile(
       "Filming",
@@ -49,13 +51,29 @@ export class Capture {
     try {
       const clip = await makeClip(this.#view, texts, advance);
       if (clip) save(clip, "dynaskin.mp4");
-      else this.toggleRecording(CLIP_SECONDS);
+      else {
+        // Its clock is the page's.
+        this.#isFilming = false;
+        unsay();
+        this.#texts = texts;
+        this.toggleRecording(CLIP_SECONDS);
+        await new Promise<unknown>((done) => {
+          if (this.#recorder) this.#recorder.addEventListener("stop", done);
+          else done(null);
+        });
+      }
     } catch (error) {
       showError("No film was made", error);
     } finally {
       this.#isFilming = false;
+      this.#texts = null;
       unsay();
     }
+  }
+
+  /** Whether a film or a recording is being made. */
+  get isBusy(): boolean {
+    return this.#isFilming || this.#recorder !== null;
   }
 
   /** Whether a film is being made, whose clock is its own. */
@@ -121,8 +139,16 @@ export class Capture {
     const { parts } = this.#view;
     const [bottom] = parts;
     if (!bottom) return;
-    const { width, height } = bottom.canvas;
     const out = this.#canvas;
+    if (this.#texts) {
+      if (out.width !== SIDE_PX || out.height !== SIDE_PX) {
+        Object.assign(out, { width: SIDE_PX, height: SIDE_PX });
+      }
+      const square = out.getContext("2d");
+      if (square) drawSquare(square, this.#view, this.#texts);
+      return;
+    }
+    const { width, height } = bottom.canvas;
     // A recorder does not follow a change of size: it goes on in its own, with bars where it must.
     if (!this.#recorder && (out.width !== width || out.height !== height)) {
       Object.assign(out, { width, height });

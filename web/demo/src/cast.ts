@@ -1,4 +1,4 @@
-import { type Avatar, type Body, type Bundle, load, type Model } from "dynaskin";
+import { type Avatar, type Body, type Bundle, load, type Model, type Shape } from "dynaskin";
 import { type ActorKind, isMethod, type Sex } from "./actors.js";
 
 /** One body with the networks that have been loaded for it so far: makes its actors. */
@@ -47,7 +47,7 @@ export class Cast {
   }
 
   /** An actor's avatar. Until its networks are there, and where it needs none: plain skinning. */
-  createAvatar(kind: ActorKind, shape: readonly number[]): Avatar {
+  createAvatar(kind: ActorKind, shape: Shape): Avatar {
     return (this.#modelOf(kind) ?? this.body).createAvatar({ shape });
   }
 

@@ -1,8 +1,9 @@
 import traits from "virtual:traits";
+import type { Figure } from "dynaskin";
 import type { Sex } from "./actors.js";
 import { lessMotion } from "./less-motion.js";
-import { likeliest } from "./likely.js";
 import type { Settings } from "./settings.js";
+import { figureOf } from "./words.js";
 
 /** The parts of the story that the page begins with, in order. */
 export const CHAPTERS = ["look", "ghost", "bodies", "grab"] as const;
@@ -72,25 +73,22 @@ const WEIGHTS_KG: Readonly<Record<Sex, readonly number[]>> = {
   male: [58, 67, 76, 86, 97],
 };
 
-/** The body that the story is told of. */
 const WEIGHT_KG: Readonly<Record<Sex, number>> = { female: 74, male: 86 };
 
-/** The likeliest body of a weight and the average stature and age. */
-export function shapeOfWeight(sex: Sex, weightKg: number): number[] {
-  const own = traits[sex];
-  return likeliest(
-    own.flatMap((trait) => {
-      if (trait.name === "weight") return [[trait, weightKg] as const];
-      return trait.name === "stature" || trait.name === "age" ? [[trait, trait.mean] as const] : [];
-    }),
-  );
+/** A body of a weight and the average stature and age, in the SDK's words. */
+function figureOfWeight(sex: Sex, weightKg: number): Figure {
+  const mean = (name: "stature" | "age") => traits[sex].find((own) => own.name === name)?.mean;
+  return figureOf({ weight: weightKg, stature: mean("stature"), age: mean("age") });
 }
 
+/** The body that the story is told of, in the SDK's words. */
+export const storyFigure = (sex: Sex): Figure => figureOfWeight(sex, WEIGHT_KG[sex]);
+
 /** The bodies that stand beside each other, and what they are called. */
-export function troupe(sex: Sex, isNarrow: boolean): { shape: number[]; label: string }[] {
+export function troupe(sex: Sex, isNarrow: boolean): { shape: Figure; label: string }[] {
   return WEIGHTS_KG[sex]
     .filter((_, idx) => !isNarrow || idx % 2 === 0)
-    .map((kg) => ({ shape: shapeOfWeight(sex, kg), label: `${kg} kg` }));
+    .map((kg) => ({ shape: figureOfWeight(sex, kg), label: `${kg} kg` }));
 }
 
 /** Whether a chapter plays the jump over and over. */
@@ -98,13 +96,12 @@ export function isLoop(chapter: Chapter | null): boolean {
   return chapter !== null && chapter !== "grab";
 }
 
-/** The settings of a chapter, as the Lab would have them. */
-export function chapterSettings(chapter: Chapter, sex: Sex): Partial<Settings> {
+/** The settings of a chapter, as the Lab would have them, but for its bodies. */
+export function chapterSettings(chapter: Chapter): Partial<Settings> {
   const still = lessMotion.matches && isLoop(chapter);
   const hasTwo = chapter === "look" || chapter === "ghost";
   return {
     chapter,
-    shape: shapeOfWeight(sex, WEIGHT_KG[sex]),
     ...(chapter === "grab"
       ? { motion: "by-hand", tempoHz: null, heightM: null }
       : { motion: "jump", tempoHz: JUMP.tempoHz, heightM: JUMP.heightM }),

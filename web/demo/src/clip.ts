@@ -1,16 +1,24 @@
 import type { View } from "./view.js";
 
-const SIDE_PX = 720;
+/** Width and height of a film, in its pixels and in the page's while it is made. */
+export const SIDE_PX = 720;
 const FPS = 30;
 const SECONDS = 4;
 const BITS_PER_SECOND = 5e6;
+/** Height of a name, and of the smaller names of a row of bodies. */
+const NAME_PX = 26;
+const ROW_NAME_PX = 22;
+/** Around a text on its plate, and around the plate. */
+const PADDING_PX = 10;
+const GAP_PX = 10;
 /** In the order in which players are likely to know them. */
 const CODECS = ["avc", "av1", "vp9"] as const;
 
 /** What is written into a clip. */
 export interface ClipTexts {
-  /** Left and right of the divider, or one name for all. */
   names: readonly string[];
+  /** Where in the picture each name has its middle, as shares of its width from the left; null: at the left and right. */
+  middles: () => readonly number[] | null;
   /** Where the page is. */
   address: string;
 }
@@ -47,8 +55,8 @@ export async function makeClip(
   return target.buffer && new Blob([target.buffer], { type: "video/mp4" });
 }
 
-/** The middle of the picture, with the names and the address. */
-function drawSquare(context: CanvasRenderingContext2D, view: View, texts: ClipTexts): void {
+/** Draws the middle of the picture on a square canvas, with the names and the address. */
+export function drawSquare(context: CanvasRenderingContext2D, view: View, texts: ClipTexts): void {
   const [bottom] = view.parts;
   if (!bottom) return;
   const { width, height } = bottom.canvas;
@@ -73,27 +81,39 @@ function drawSquare(context: CanvasRenderingContext2D, view: View, texts: ClipTe
     context.fillRect(divider - 1, 0, 2, SIDE_PX);
   }
   const { names, address } = texts;
+  const middles = names.length > 1 ? texts.middles() : null;
+  const sizePx = middles ? ROW_NAME_PX : NAME_PX;
   names.forEach((name, idx) => {
+    const share = middles?.[idx];
     const isLast = names.length > 1 && idx === names.length - 1;
-    drawText(context, name, isLast ? "right" : "left", 20, 26);
+    const at = share === undefined ? (isLast ? "right" : "left") : SIDE_PX * share;
+    drawText(context, name, at, 20, sizePx, SIDE_PX / (middles ? names.length : 1));
   });
-  drawText(context, address, "left", SIDE_PX - 48, 22);
+  drawText(context, address, "left", SIDE_PX - 48, 22, SIDE_PX);
 }
 
+/** Writes a text at a side of the picture, or with its middle so many pixels from the left, as wide as `mostPx` at most. */
 function drawText(
   context: CanvasRenderingContext2D,
   text: string,
-  side: "left" | "right",
+  at: "left" | "right" | number,
   top: number,
-  sizePx: number,
+  wantedPx: number,
+  mostPx: number,
 ): void {
-  context.font = `650 ${sizePx}px system-ui, sans-serif`;
+  const font = (px: number) => `650 ${px}px system-ui, sans-serif`;
+  context.font = font(wantedPx);
+  const room = mostPx - 2 * (PADDING_PX + GAP_PX);
+  const sizePx = wantedPx * Math.min(1, room / context.measureText(text).width);
+  context.font = font(sizePx);
   context.textBaseline = "top";
   const width = context.measureText(text).width;
-  const x = side === "left" ? 20 : SIDE_PX - 20 - width;
+  const edge = PADDING_PX + GAP_PX;
+  const wanted = at === "left" ? edge : at === "right" ? SIDE_PX : at - width / 2;
+  const x = Math.max(edge, Math.min(SIDE_PX - edge - width, wanted));
   context.fillStyle = "rgb(20 22 28 / 62%)";
   context.beginPath();
-  context.roundRect(x - 10, top - 6, width + 20, sizePx + 14, 10);
+  context.roundRect(x - PADDING_PX, top - 6, width + 2 * PADDING_PX, sizePx + 14, 10);
   context.fill();
   context.fillStyle = "#fff";
   context.fillText(text, x, top);

@@ -1,5 +1,6 @@
 import { type Controls, REGION_NAMES } from "dynaskin";
 import { actorLabel, isMethod } from "./actors.js";
+import { storyFigure } from "./chapters.js";
 import { findMotion, motionOptions } from "./motions.js";
 import type { Settings } from "./settings.js";
 import { TISSUE_PROPERTIES } from "./tissue.js";
@@ -13,47 +14,97 @@ export interface PlayedInstead {
 }
 
 /**
- * The program that shows what the page shows of the right actor, in the SDK's terms; `controls` are
- * that actor's, null before it is there.
+ * A page that shows what this one shows of the right actor, in the SDK's terms; `controls` are that actor's, null before
+ * it is there.
  */
 export function codeFor(
   settings: Readonly<Settings>,
   played: PlayedInstead,
   controls: Controls | null,
 ): string {
-  const { sex, right } = settings;
-  const folder = `/models/${sex}/`;
-  const shape = played.fileName === null && played.clip ? played.clip.shape : settings.shape;
-  const numbers = shape.map((value) => +value.toFixed(2));
+  const program = programOf(settings, played, controls).map((line) => (line ? `    ${line}` : ""));
+  return `<!doctype html>
+<html lang="en">
+  <meta charset="utf-8" />
+  <title>Soft tissue that moves</title>
+  <style>canvas { position: fixed; inset: 0; width: 100%; height: 100% }</style>
+  <canvas></canvas>
+  <script type="importmap">
+    {
+      "imports": {
+        "dynaskin": "./node_modules/dynaskin/dist/index.js",
+        "dynaskin/renderer": "./node_modules/dynaskin/dist/renderer.js",
+        "dynaskin-${settings.sex}": "./node_modules/dynaskin-${settings.sex}/index.js"
+      }
+    }
+  </script>
+  <script type="module">
+${program.join("\n")}
+  </script>
+</html>
+`;
+}
+
+/** The lines of the page's script. */
+function programOf(
+  settings: Readonly<Settings>,
+  played: PlayedInstead,
+  controls: Controls | null,
+): string[] {
+  const { sex, right, look } = settings;
   const source = sourceOf(settings, played);
   const lines = [
     `import { load, ${source.name} } from "dynaskin";`,
+    `import { ${sex} } from "dynaskin-${sex}";`,
+    `import { createRenderer } from "dynaskin/renderer";`,
     "",
-    `const model = await load({ model: "${folder}" });`,
+    `const model = await load({ model: ${sex} });`,
   ];
   let from = "model";
   if (isMethod(right)) {
     from = "compared";
     lines.push(
-      `const compared = await load({ model: "${folder}methods/${right}/", body: model.body });`,
+      "// In a clone of dynaskin's repository.",
+      `const compared = await load({ model: "./models/${sex}/methods/${right}/", body: model.body });`,
     );
   } else if (right !== "dynaskin") {
     from = "model.body";
     lines.push(`// ${actorLabel(right)}: an avatar without networks.`);
   }
-  lines.push(
-    `const avatar = ${from}.createAvatar({ shape: [${numbers.join(", ")}] });`,
+  return [
+    ...lines,
+    `const avatar = ${from}.createAvatar({ shape: ${shapeText(settings, played)} });`,
     ...tuningLines(settings, controls),
     ...source.made,
-    "const pose = new Float64Array(99); // translation, then 24 quaternions x, y, z, w",
     "",
-    "export function frame(timeSeconds, dtSeconds) {",
+    `const renderer = await createRenderer(document.querySelector("canvas"));`,
+    "renderer.resize(innerWidth, innerHeight, devicePixelRatio);",
+    "renderer.setCamera({ eyeWorldM: [1.4, 1.2, 4.4], targetWorldM: [0, 1, 0], fovYRadians: 0.6 });",
+    "const body = renderer.addBody(model.body);",
+    `body.setLook({ sculpture: ${look === "sculpture"}, draped: true });`,
+    "",
+    "const pose = new Float64Array(99); // translation, then 24 quaternions x, y, z, w",
+    "let beforeMs = performance.now();",
+    "requestAnimationFrame(function frame(nowMs) {",
+    "  const dtSeconds = Math.max(0, nowMs - beforeMs) / 1000;",
+    "  beforeMs = nowMs;",
     `  ${source.posed}`,
     "  avatar.step(pose, dtSeconds);",
-    "  return { positions: avatar.positions, normals: avatar.normals }; // before skinning",
-    "}",
-  );
-  return `${lines.join("\n")}\n`;
+    "  body.update(avatar);",
+    "  renderer.render();",
+    "  requestAnimationFrame(frame);",
+    "});",
+  ];
+}
+
+/** The story's body in words, others in coefficients. */
+function shapeText({ chapter, sex, shape }: Readonly<Settings>, played: PlayedInstead): string {
+  if (chapter) {
+    const words = Object.entries(storyFigure(sex));
+    return `{ ${words.map(([name, value]) => `${name}: ${+value.toFixed(2)}`).join(", ")} }`;
+  }
+  const numbers = played.fileName === null && played.clip ? played.clip.shape : shape;
+  return `[${numbers.map((value) => +value.toFixed(2)).join(", ")}]`;
 }
 
 function tuningLines(
@@ -88,10 +139,10 @@ function sourceOf(
   { motion, tempoHz, heightM }: Readonly<Settings>,
   played: PlayedInstead,
 ): PoseSource {
-  const posed = "motion.poseAt(timeSeconds % motion.durationSeconds, pose);";
+  const posed = "motion.poseAt((nowMs / 1000) % motion.durationSeconds, pose);";
   if (played.fileName !== null) {
     const made = [
-      `const file = await fetch(${JSON.stringify(`/motions/${played.fileName}`)});`,
+      `const file = await fetch(${JSON.stringify(`./${played.fileName}`)}); // beside the page`,
       "const motion = Motion.fromFile(await file.arrayBuffer(), avatar);",
     ];
     return { name: "Motion", made, posed };

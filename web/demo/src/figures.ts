@@ -1,19 +1,7 @@
-import type { Avatar, Figure } from "dynaskin";
+import type { Avatar } from "dynaskin";
 import type { Cast } from "./cast.js";
-import type { Trait } from "./likely.js";
 import type { PageStore } from "./state.js";
-
-/** What people say of a body, in the units of `traits.json`. */
-export type Words = Record<Trait["name"], number>;
-
-/** Each trait's name in the SDK, and how many of the trait's units one of the SDK's is. */
-const MEASURES: readonly (readonly [Trait["name"], keyof Figure, number])[] = [
-  ["stature", "statureM", 100],
-  ["weight", "weightKg", 1],
-  ["chest", "chestCm", 1],
-  ["muscle", "muscle", 100],
-  ["age", "age", 1],
-];
+import { figureOf, MEASURES, type Words } from "./words.js";
 
 /** Shapes in words of the body on the screen, as the SDK finds them. */
 export class Figures {
@@ -41,11 +29,7 @@ export class Figures {
   shapeOf(words: Readonly<Partial<Words>>): number[] | null {
     const avatar = this.#ofBody;
     if (!avatar) return null;
-    const wished = MEASURES.flatMap(([name, key, perUnit]) => {
-      const value = words[name];
-      return value === undefined ? [] : [[key, value / perUnit] as const];
-    });
-    avatar.setShape(Object.fromEntries(wished));
+    avatar.setShape(figureOf(words));
     return [...avatar.shape];
   }
 

@@ -48,8 +48,8 @@ export class Layer {
     const paint = () => renderer.setBackground(BACKGROUNDS[darkScheme.matches ? "dark" : "light"]);
     darkScheme.addEventListener("change", paint);
     paint();
-    new ResizeObserver(() => this.#resize()).observe(canvas);
-    this.#resize();
+    new ResizeObserver(() => this.fit()).observe(canvas);
+    this.fit();
     void this.#watchLoss();
   }
 
@@ -114,12 +114,13 @@ export class Layer {
   /** Draws one picture, one that will stand with all pixels. */
   draw(camera: Camera, stands = false): void {
     // A window dragged to another screen keeps its size in CSS pixels, and no event says so reliably.
-    if (devicePixelRatio !== this.#pixelRatio) this.#resize();
+    if (devicePixelRatio !== this.#pixelRatio) this.fit();
     this.renderer.setCamera(camera);
     this.renderer.render({ allPixels: stands });
   }
 
-  #resize(): void {
+  /** Gives the picture the size that the canvas has now. */
+  fit(): void {
     const { clientWidth, clientHeight } = this.canvas;
     if (clientWidth === 0 || clientHeight === 0) return;
     this.#pixelRatio = devicePixelRatio;

@@ -5,3 +5,6 @@ export const narrowScreen = matchMedia(
 
 /** Whether the controls beside the picture are narrower, as on a phone held across; as in base.css. */
 export const shortScreen = matchMedia("(max-height: 560px)");
+
+/** Whether a whole body with a name over its head has no room between the title and the playback bar. */
+export const lowScreen = matchMedia("(max-height: 799px)");

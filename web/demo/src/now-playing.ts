@@ -1,4 +1,5 @@
 import { actorLabel } from "./actors.js";
+import type { Chapter } from "./chapters.js";
 import type { ClipTexts } from "./clip.js";
 import { byId } from "./dom.js";
 import type { State } from "./state.js";
@@ -16,10 +17,16 @@ export function announcePlaying({ cast, shown }: Readonly<State>, label: string)
 }
 
 /** What stands in a film of what is on the screen. */
-export function filmTexts({ chapter, shown }: Readonly<State>): ClipTexts {
+export function filmTexts({ chapter, shown }: Readonly<State>): Omit<ClipTexts, "middles"> {
   const names = shown.map(({ kind, label }) => label ?? actorLabel(kind));
   return {
-    names: chapter === "look" ? ["without tissue", "with tissue"] : names.slice(0, 2),
+    names: (chapter && STORY_NAMES[chapter]) ?? names,
     address: `dynaskin · ${location.host}${location.pathname}`,
   };
 }
+
+/** What the story calls its two actors. */
+const STORY_NAMES: Partial<Record<Chapter, readonly string[]>> = {
+  look: ["without tissue", "with tissue"],
+  ghost: ["line: without tissue", "with tissue"],
+};

@@ -1,4 +1,3 @@
-import type { Pose } from "dynaskin";
 import { lessMotion } from "./less-motion.js";
 
 /** Share of the way to the body that the camera covers per second, as a rate. */
@@ -82,13 +81,6 @@ export class OrbitCamera {
       share = elapsedSeconds === 0 || strayM > STRAY_M ? 1 : 0;
     }
     this.follow(xM, zM, share);
-  }
-
-  /** Looks at a body in this pose from where its face is, as at the start: a file may begin with its back to the camera. */
-  turnToFace(pose: Pose): void {
-    const [x = 0, y = 0, z = 0, w = 1] = pose.subarray(3, 7);
-    const facing = Math.atan2(2 * (x * z + w * y), 1 - 2 * (x * x + y * y));
-    this.yawRadians = START_YAW_RADIANS + facing;
   }
 
   /** Moves the target towards a point of the floor, by `share` of the way. */

@@ -1,6 +1,8 @@
-import { type Avatar, Motion } from "dynaskin";
+import { type Avatar, Motion, type Shape } from "dynaskin";
 import { ByHand, type Playable } from "./by-hand.js";
+import { storyFigure } from "./chapters.js";
 import type { PlayedInstead } from "./code.js";
+import { FromFront } from "./from-front.js";
 import { findMotion, type MotionFile, motionLabel, motionOptions } from "./motions.js";
 import type { PageStore } from "./state.js";
 import { clipLabel } from "./truth.js";
@@ -27,9 +29,10 @@ export class Program {
     return { fileName: file?.name ?? null, clip };
   }
 
-  /** The shape that the body must have: the clip's own, or the settings'. */
-  get shape(): readonly number[] {
-    const { file, truth, shape } = this.#store.state;
+  /** The shape that the body must have: the clip's own, the story's, or the settings'. */
+  get shape(): Shape {
+    const { file, truth, chapter, sex, shape } = this.#store.state;
+    if (chapter) return storyFigure(sex);
     return truth && !file ? truth.shape : shape;
   }
 
@@ -48,7 +51,7 @@ export class Program {
   /** Makes the motion for an avatar's present shape. */
   makeMotion(avatar: Avatar): Playable {
     const { file, truth, motion, tempoHz, heightM } = this.#store.state;
-    if (file) return Motion.fromFile(file.bytes, avatar);
+    if (file) return new FromFront(Motion.fromFile(file.bytes, avatar));
     if (truth) return Motion.fromPoses(truth.poses, truth.rateHz, avatar, truth.name);
     const choice = findMotion(motion);
     if (!choice) return new ByHand(avatar);

@@ -302,7 +302,7 @@ export function readSettings(search: string): Settings {
   for (const name of SETTING_NAMES) {
     Object.assign(settings, { [name]: SETTINGS[name].link.read(query, settings) });
   }
-  if (settings.chapter) Object.assign(settings, chapterSettings(settings.chapter, settings.sex));
+  if (settings.chapter) Object.assign(settings, chapterSettings(settings.chapter));
   return settings;
 }
 

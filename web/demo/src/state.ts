@@ -1,3 +1,4 @@
+import type { Shape } from "dynaskin";
 import { type ActorKind, actorsOf, isMethod, type Sex, SLOTS, type Slot } from "./actors.js";
 import type { Cast } from "./cast.js";
 import { troupe } from "./chapters.js";
@@ -12,7 +13,7 @@ export interface Shown {
   slot: Slot | "fifth";
   kind: ActorKind;
   /** Another shape than that of the settings, and what its body is called. */
-  shape?: readonly number[];
+  shape?: Shape;
   label?: string;
 }
 

@@ -7,6 +7,7 @@ import {
   JUMP,
   LANDING,
   landingShare,
+  storyFigure,
   storySpeed,
 } from "./chapters.js";
 import { byId } from "./dom.js";
@@ -15,6 +16,7 @@ import { lessMotion } from "./less-motion.js";
 import type { Playback } from "./playing.js";
 import { isDivided, type PageStore } from "./state.js";
 import type { View } from "./view.js";
+import { coefficientsOf } from "./words.js";
 
 /** How far from the body's middle the divider goes, in metres. */
 const WIPE_M = 0.24;
@@ -71,12 +73,11 @@ export class Story {
   /** Goes to a chapter. */
   go(chapter: Chapter): void {
     this.#isDirected = true;
-    const { sex } = this.#store.state;
     this.#store.change({
       held: null,
       file: null,
       fileBefore: null,
-      ...chapterSettings(chapter, sex),
+      ...chapterSettings(chapter),
     });
     this.#placeCamera();
     if (scrollY > 0) scrollTo({ top: 0 });
@@ -84,13 +85,14 @@ export class Story {
 
   /** Opens the Lab with what the story shows. */
   leave(): void {
-    const { chapter, layout } = this.#store.state;
+    const { chapter, layout, cast } = this.#store.state;
     if (!chapter) return;
     this.#view.camera.home = null;
     this.#view.camera.reset();
     this.#store.change({
       ...{ chapter: null, camera: null, split: 0.5, speed: 1, caption: false },
       layout: layout === "one" ? "one" : "side",
+      ...(cast && { shape: coefficientsOf(cast.body, storyFigure(cast.sex)) }),
     });
     scrollTo({ top: 0 });
   }

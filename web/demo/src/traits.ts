@@ -1,4 +1,14 @@
-import type { Trait } from "./likely.js";
+/** One attribute of a body's shape, as `dynaskin body build` writes it. */
+export interface Trait {
+  name: "stature" | "weight" | "chest" | "muscle" | "age";
+  /** `cm`, `kg`, `%` or `years`. */
+  unit: string;
+  /** Value of the average body. */
+  mean: number;
+  range: [low: number, high: number];
+  /** Change of the value with each shape coefficient. */
+  per_coefficient: number[];
+}
 
 /** The value of an attribute for shape coefficients. */
 export function traitOf(trait: Trait, shape: readonly number[]): number {

@@ -2,7 +2,7 @@ import type { Body } from "dynaskin";
 import type { Backend, BodyHandle, Camera, Renderer } from "dynaskin/renderer";
 import { byId } from "./dom.js";
 import { type Appearance, Layer } from "./layer.js";
-import { narrowScreen, shortScreen } from "./narrow.js";
+import { lowScreen, narrowScreen, shortScreen } from "./narrow.js";
 import { OrbitCamera } from "./orbit.js";
 
 /** Vertical angle of view, in radians. */
@@ -21,6 +21,8 @@ const SHEET_TITLE_PX = { phone: 118, tablet: 168 };
 const phoneScreen = matchMedia("(max-width: 620px)");
 /** Title with names, and the playback bar: low pictures have no room for a body behind them. */
 const SHORT_COVERED_PX = { top: 96, bottom: 70 };
+/** The same in pictures that are high enough for the body, but not for the names over its head as well. */
+const LOW_COVERED_PX = { top: 144, bottom: 80 };
 /** Share of the height that is free which a standing body takes. */
 const SHORT_BODY = 0.72;
 
@@ -32,8 +34,12 @@ function storyCoveredPixels(chapter: string): { top: number; right: number; bott
   return { top: 0, right: 0, bottom: chapter === "grab" ? 60 : 0 };
 }
 
+/** Whether the canvases are square, for a film, without anything over them. */
+const isFilming = () => document.documentElement.classList.contains("filming");
+
 /** What the controls cover of the canvas: the body stands in the middle of the rest. */
 export function coveredPixels(): { top: number; right: number; bottom: number } {
+  if (isFilming()) return { top: 0, right: 0, bottom: 0 };
   const { chapter } = document.documentElement.dataset;
   if (chapter && chapter !== "lab") return storyCoveredPixels(chapter);
   if (narrowScreen.matches) {
@@ -108,8 +114,20 @@ export class View {
   /** The canvases that the picture is made of, from the bottom up, and where each begins and ends. */
   get parts(): { canvas: HTMLCanvasElement; from: number; to: number }[] {
     const share = this.#left ? this.#leftShare : 0;
-    const right = { canvas: this.#main.canvas, from: share, to: 1 };
-    return this.#left ? [right, { canvas: this.#left.canvas, from: 0, to: share }] : [right];
+    const parts = [{ canvas: this.#main.canvas, from: share, to: 1 }];
+    if (this.#left) parts.push({ canvas: this.#left.canvas, from: 0, to: share });
+    // Without an outline it has no pixels.
+    const ghost = byId<HTMLCanvasElement>("ghost");
+    if (ghost.width > 0) parts.push({ canvas: ghost, from: 0, to: 1 });
+    return parts;
+  }
+
+  /** Makes the canvases square for a film, which has room for all actors, or gives them the window again. */
+  setFilming(on: boolean): void {
+    document.documentElement.classList.toggle("filming", on);
+    this.#main.fit();
+    this.#left?.fit();
+    this.#drawn = "";
   }
 
   /** Size of the picture in pixels, and what share of the screen's pixels that is along each side. */
@@ -277,7 +295,7 @@ export class View {
     // Pixels of the canvas to metres at the body.
     const height = Math.max(1, this.#main.canvas.clientHeight);
     const metresPerPixel = (2 * this.camera.reachM * Math.tan(fovYRadians / 2)) / height;
-    const { top, right, bottom } = coveredPixels();
+    const { top, right, bottom } = this.#coveredPixels;
     const left = this.#isPaired ? 0 : this.coveredLeftPx;
     const shift = this.camera.shiftM(
       ((right - left) / 2 - asidePx) * metresPerPixel,
@@ -290,11 +308,27 @@ export class View {
     };
   }
 
+  /** Whether the Lab shows whole bodies: those close by fill the picture. */
+  get #showsWholeLab(): boolean {
+    return document.documentElement.dataset.chapter === "lab" && !this.camera.isClose;
+  }
+
+  /** Whether the names of a row would hang over faces, because the title is where they had room. */
+  get #isLowLab(): boolean {
+    const isRow = this.#main.bodies.length > 1;
+    const isOther = narrowScreen.matches || shortScreen.matches || isFilming();
+    return isRow && this.#showsWholeLab && lowScreen.matches && !isOther;
+  }
+
+  get #coveredPixels(): { top: number; right: number; bottom: number } {
+    return this.#isLowLab ? { ...coveredPixels(), ...LOW_COVERED_PX } : coveredPixels();
+  }
+
   /** What plots, timings and the caption cover of a row of actors. */
   get coveredLeftPx(): number {
     const isRow = this.#isPaired || this.#main.bodies.length > 1;
-    if (!isRow || narrowScreen.matches || document.documentElement.dataset.chapter !== "lab")
-      return 0;
+    const isLab = document.documentElement.dataset.chapter === "lab";
+    if (!isRow || !isLab || narrowScreen.matches || isFilming()) return 0;
     if (!byId("plots").hidden || !byId("hud").hidden) return READINGS_WIDTH_PX.usual;
     return byId("caption").checkVisibility() ? READINGS_WIDTH_PX.caption : 0;
   }
@@ -313,10 +347,10 @@ export class View {
         : this.camera.isClose
           ? ASPECT.close
           : ASPECT.one;
-    const { top, bottom } = coveredPixels();
+    const { top, bottom } = this.#coveredPixels;
     const free = Math.max(0.1, 1 - (top + bottom) / Math.max(1, clientHeight));
-    const isLab = document.documentElement.dataset.chapter === "lab";
-    const isLow = shortScreen.matches || (isLab && narrowScreen.matches && !this.camera.isClose);
+    const isNarrowLab = this.#showsWholeLab && narrowScreen.matches;
+    const isLow = shortScreen.matches || isNarrowLab || this.#isLowLab;
     const low = isLow ? SHORT_BODY / free : 1;
     return Math.max(1, low, wanted / aspect);
   }

@@ -5,7 +5,7 @@ declare module "virtual:methods" {
 }
 
 declare module "virtual:traits" {
-  const traits: Record<"female" | "male", readonly import("./likely.js").Trait[]>;
+  const traits: Record<"female" | "male", readonly import("./traits.js").Trait[]>;
   export default traits;
 }
 

@@ -10,8 +10,14 @@ use dynaskin_body::BodyModel;
 
 use super::say;
 
+const HOW: &str = "\
+Examples:
+  dynaskin avatars --body models/female/body.glb --out avatars
+  dynaskin avatars --body models/female/body.glb --only runner --out avatars";
+
 /// Arguments of `dynaskin avatars`.
 #[derive(Debug, Args)]
+#[command(after_help = HOW)]
 pub struct AvatarsArgs {
     /// The body that the avatars are made from.
     #[arg(long)]

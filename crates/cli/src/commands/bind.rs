@@ -12,8 +12,14 @@ use glam::Vec3;
 
 use super::say;
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin bind me.vrm --body models/female/body.glb --depicts adult
+  dynaskin bind me.glb --body models/male/body.glb --depicts adult --bone left_hip=Thigh_L --out me.binding";
+
 /// Arguments of `dynaskin bind`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct BindArgs {
     /// The avatar: .glb or .vrm, skinned.
     avatar: PathBuf,

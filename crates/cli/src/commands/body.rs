@@ -27,8 +27,14 @@ pub enum BodyCommand {
     Import(body_import::ImportArgs),
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin body build
+  dynaskin body build --sex female --out my-models";
+
 /// Arguments of `dynaskin body build`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct BuildArgs {
     /// Which bodies.
     #[arg(long, value_enum, default_value_t = Which::Both)]

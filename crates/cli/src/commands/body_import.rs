@@ -10,8 +10,13 @@ use dynaskin_body::{BodyModel, SHAPE_COUNT, Sex, SmplFile, SmplLayout};
 
 use super::say;
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin body import smpl.npz --out data/mine --sex female --depicts adult";
+
 /// Arguments of `dynaskin body import`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct ImportArgs {
     /// The body as .npz, in the layout of SMPL, SMPL-H or SMPL-X.
     file: PathBuf,

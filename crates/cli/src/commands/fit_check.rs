@@ -15,8 +15,14 @@ use super::fit::{JointPlaces, Weights, progress_bar, read_body};
 use super::motion_files::MotionFileArgs;
 use super::say;
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin fit-check --body models/female/body.glb
+  dynaskin fit-check --body models/female/body.glb --mocap captures --clip 02_01 --case noise --frames 60";
+
 /// Arguments of `dynaskin fit-check`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct FitCheckArgs {
     /// Body model, a GLB built by `dynaskin body build`.
     #[arg(long)]

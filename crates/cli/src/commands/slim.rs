@@ -25,8 +25,13 @@ const TICKS_PER_BODY: usize = 100;
 /// Largest difference of an offset from tract's, in metres.
 const TOLERANCE_M: f32 = 1e-6;
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin slim models/female models/male";
+
 /// Arguments of `dynaskin slim`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct SlimArgs {
     /// Folders of bundles. Each gets two more files, which its bundle.json names.
     #[arg(required = true)]

@@ -27,8 +27,14 @@ use dynaskin_train::{DataSet, Set, Split, Tissue};
 use super::say;
 use super::train::{clip_bar, measure, read_body, summary};
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin evaluate --model models/female --data data/female
+  dynaskin evaluate --model models/female --data data/female --report report.html --card";
+
 /// Arguments of `dynaskin evaluate`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct EvaluateArgs {
     /// Folder of the bundle.
     #[arg(long)]

@@ -25,8 +25,15 @@ use super::shard::Shard;
 /// Shapes whose compliance a whole data set tells.
 const COMPLIANCE_SHAPES: usize = 512;
 
+const EXAMPLES: &str = "\
+Examples:
+  dynaskin simulate --body models/female/body.glb --out data/female --preset full --mocap captures --plan
+  dynaskin simulate --body models/female/body.glb --out data/female --preset full --mocap captures
+  dynaskin simulate --body models/female/body.glb --procedural --shapes 1 --out data/small";
+
 /// Arguments of `dynaskin simulate`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct SimulateArgs {
     /// Body model, a GLB built by `dynaskin body build`.
     #[arg(long)]

@@ -9,8 +9,9 @@ use dynaskin_sim::{
     Activity, Calibration, MEASURED, Materials, Measured, Motion, Quantity, Shell, SimSettings,
     Survey, TRAINING_SHAPES, free_vibration,
 };
-use indicatif::ProgressBar;
 use rayon::prelude::*;
+
+use crate::commands::train::clip_bar;
 
 /// Captures that the amplitudes are also taken from, where the folder has them.
 const CAPTURES: [(Activity, &str); 6] = [
@@ -61,7 +62,8 @@ pub fn write(
             Some((activity, motion.clone()))
         })
         .collect();
-    let bar = ProgressBar::new(TRAINING_SHAPES.len() as u64);
+    let bar = clip_bar("measuring bodies");
+    bar.set_length(TRAINING_SHAPES.len() as u64);
     let shapes = TRAINING_SHAPES
         .par_iter()
         .map(|shape| {
@@ -359,7 +361,7 @@ fn tissue_section(report: &mut Report, settings: &SimSettings, shapes: &[Calibra
 
 fn data_section(report: &mut Report, body: &BodyModel, folder: &Path) -> anyhow::Result<()> {
     report.section("Data set");
-    let bar = ProgressBar::new(0);
+    let bar = clip_bar("reading clips");
     let survey = Survey::of_folder(body, folder, |done, all| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);

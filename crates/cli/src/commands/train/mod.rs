@@ -31,6 +31,13 @@ use fitted::{DmplArgs, SpringBonesArgs};
 pub(in crate::commands) use progress::clip_bar;
 pub(in crate::commands) use subspaces::SubspaceRow;
 
+/// What `dynaskin train --help` ends with.
+pub const EXAMPLES: &str = "\
+Examples:
+  dynaskin train --data data/female --body models/female/body.glb --out models/female
+  dynaskin train --data data/female --body models/female/body.glb --out models/female --resume
+  dynaskin train dmpl --data data/female --body models/female/body.glb --out models/female/methods/dmpl";
+
 /// What to train, and how: `dynaskin train METHOD`, where our own method is meant without a name.
 ///
 /// Each method has a subcommand with its own options, so that an option of another one is refused.
