@@ -1,6 +1,6 @@
 // node scripts/avatar-pictures.mjs [FILE ...]: binds avatars, those of the demo and of ../shared/avatars, and
-// draws each plain, with tissue and by how far its vertices move, and one landing in six instants. Open them
-// afterwards: a picture can be wrong in ways that no test sees.
+// draws each plain, with tissue (both from front and back) and by how far its vertices move, and one landing in six
+// instants. Open them afterwards: a picture can be wrong in ways that no test sees.
 import { existsSync, mkdirSync } from "node:fs";
 import { basename, join, resolve } from "node:path";
 import { ROOT } from "./lib/paths.mjs";
@@ -36,8 +36,8 @@ const ARGUMENTS = [
   "--enable-unsafe-swiftshader",
 ];
 const STYLE = `body { margin: 0; display: inline-block; background: #fff; font: 600 13px system-ui }
-  figure { display: inline-block; margin: 3px; width: 240px; overflow: hidden } img { display: block; width: 240px } div { white-space: nowrap }
-  figcaption { padding: 3px; color: #1d2027 }`;
+  figure { display: inline-block; margin: 3px; width: 240px; vertical-align: top } img { display: block; width: 240px } div { white-space: nowrap }
+  figcaption { padding: 3px; height: 2.8em; white-space: normal; color: #1d2027 }`;
 
 /** An empty page that finds three.js and the package by name. */
 async function openPage(browser, url, files) {
@@ -113,7 +113,8 @@ main(async () => {
     const taken = await takeAll(browser, server.url, avatars);
     const look = (kind) =>
       taken.map(({ name, pictures }) => ({ picture: pictures[kind], caption: `${name}, ${kind}` }));
-    await sheet(browser, ["plain", "tissue", "coverage"].map(look), "avatars");
+    const kinds = ["plain", "tissue", "coverage", "plain, back", "tissue, back"];
+    await sheet(browser, kinds.map(look), "avatars");
     for (const { name, landing } of taken.slice(0, 1)) {
       const row = (kind) =>
         landing.map(({ seconds, ...pictures }) => ({

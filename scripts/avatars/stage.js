@@ -35,14 +35,19 @@ export async function takePictures(address, body) {
   const tissue = new AvatarTissue(model, root, binding);
   const motion = Motion.procedural("hop", tissue.avatar);
   const { moment, peaks } = strongest(tissue, motion, meshes);
-  const drawAt = (tick, strength) => {
+  const drawAt = (tick, strength, draw = stage.draw) => {
     tissue.avatar.reset();
     for (let at = 0; at <= tick; at += 1) play(tissue, motion, at);
     tissue.avatar.strength = strength;
     tissue.show();
-    return stage.draw();
+    return draw();
   };
-  const pictures = { plain: drawAt(moment, 0), tissue: drawAt(moment, STRENGTH) };
+  const pictures = {
+    plain: drawAt(moment, 0),
+    "plain, back": drawAt(moment, 0, stage.drawBack),
+    "tissue, back": drawAt(moment, STRENGTH, stage.drawBack),
+    tissue: drawAt(moment, STRENGTH),
+  };
   pictures.coverage = withCoverage(meshes, peaks, stage.draw);
   const landing = INSTANTS.map((by) => Math.max(0, moment + by)).map((tick) => ({
     seconds: tick / 60,
@@ -131,5 +136,17 @@ function createStage(root) {
     renderer.render(scene, camera);
     return renderer.domElement.toDataURL();
   };
-  return { draw };
+  const behind = aside.clone().multiply(new THREE.Vector3(-1, 1, -1));
+  const light = sun.position.clone();
+  const drawBack = () => {
+    camera.position.copy(middle).add(behind);
+    camera.lookAt(middle);
+    sun.position.copy(light).setZ(-light.z);
+    const picture = draw();
+    camera.position.copy(middle).add(aside);
+    camera.lookAt(middle);
+    sun.position.copy(light);
+    return picture;
+  };
+  return { draw, drawBack };
 }

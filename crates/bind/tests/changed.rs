@@ -272,6 +272,45 @@ fn split_into_many_meshes() {
     }
 }
 
+/// Twist bones, fingers, hair, cloth: 600 bones in all, which carry half of the skin's weights.
+#[test]
+fn six_hundred_bones() {
+    const BONES: usize = 600;
+    let body = body("female");
+    let more = |avatar: &mut Avatar| {
+        let [mesh] = &mut avatar.meshes[..] else {
+            panic!("one mesh");
+        };
+        let own = mesh.joints.len();
+        for slot in own..BONES {
+            let parent = mesh.joints[slot % own];
+            let mut bone = avatar.nodes[parent].clone();
+            bone.name = format!("{}_Twist{slot:03}", bone.name);
+            bone.part_name.clone_from(&bone.name);
+            bone.parent = Some(parent);
+            mesh.joints.push(avatar.nodes.len());
+            mesh.inverse_binds.push(mesh.inverse_binds[slot % own]);
+            avatar.nodes.push(bone);
+        }
+        for (vertex, influences) in mesh.influences.iter_mut().enumerate() {
+            let joint = usize::from(influences.joints[0]);
+            // Its twist bones stand `own` places apart.
+            let twists = (BONES - own - joint).div_ceil(own);
+            influences.joints[7] = (joint + own * (1 + vertex % twists)) as u16;
+            influences.weights[0] *= 0.5;
+            influences.weights[7] = influences.weights[0];
+        }
+    };
+    let bytes = made("mixamo-t");
+    let plain = bound(&bytes, |_| {}, |_| {}).unwrap();
+    let many = bound(&bytes, |_| {}, more).unwrap();
+    assert_eq!(plain.binding.report.bones, many.binding.report.bones);
+    let [plain, many] = [plain, many].map(|bound| moved_m(&body, &bound).concat());
+    let pairs = plain.iter().zip(&many);
+    let most_m = pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    assert!(most_m < 1e-5, "{most_m}");
+}
+
 #[test]
 fn vertices_that_nothing_shows() {
     let bytes = made("mixamo-t");

@@ -321,6 +321,34 @@ describe("AvatarTissue in three.js", () => {
     tissue.dispose();
   });
 
+  it("keeps levels of detail up to date, as the renderer chooses one when it draws", () => {
+    const { root, meshes } = makeInThree(THREE, model);
+    const fine = meshes[0] as THREE.SkinnedMesh;
+    const coarse = new THREE.SkinnedMesh(fine.geometry.clone(), fine.material);
+    coarse.bind(fine.skeleton, fine.bindMatrix);
+    const lod = new THREE.LOD();
+    root.add(lod.addLevel(fine, 0).addLevel(coarse, 5));
+    const camera = new THREE.PerspectiveCamera();
+    lod.update(camera);
+    expect(coarse.visible).toBe(false);
+    const tissue = new AvatarTissue(model, root, binding);
+    const still = shown(coarse).slice();
+    hop(tissue, undefined, 20);
+    expect(shown(coarse)).not.toEqual(still);
+    expect(shown(coarse)).toEqual(shown(fine));
+    // Who chooses them before the tissue moves pays for one alone.
+    lod.autoUpdate = false;
+    const before = shown(coarse).slice();
+    hop(tissue, undefined, 20);
+    expect(shown(coarse)).toEqual(before);
+    camera.position.z = 10;
+    camera.updateMatrixWorld();
+    lod.update(camera);
+    tissue.update(1 / 60);
+    expect(shown(coarse)).not.toEqual(before);
+    tissue.dispose();
+  });
+
   it("plays on clones, each with a surface of its own", () => {
     const { root, meshes } = makeInThree(THREE, model);
     const tissue = new AvatarTissue(model, root, binding);

@@ -2,6 +2,7 @@ import {
   BufferAttribute,
   type BufferGeometry,
   DynamicDrawUsage,
+  type LOD,
   type Material,
   Matrix4,
   type Object3D,
@@ -208,9 +209,15 @@ function dynamic(numbers: Float32Array, itemSize: number): BufferAttribute {
 
 function isShown(mesh: SkinnedMesh): boolean {
   for (let object: Object3D | null = mesh; object; object = object.parent) {
-    if (!object.visible) return false;
+    if (!object.visible && !isChosenLate(object)) return false;
   }
   return true;
+}
+
+/** Whether it is a level of detail, of which the renderer shows one only when it draws. */
+function isChosenLate({ parent }: Object3D): boolean {
+  const lod = parent as LOD | null;
+  return lod?.isLOD === true && lod.autoUpdate;
 }
 
 /** The avatar's meshes, surfaces and bones. */
