@@ -1,5 +1,8 @@
 //! The shaders that the SDK's adapters hand to engines are those of this crate.
 
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
 use std::path::PathBuf;
 
 use dynaskin_decoding::{FRAGMENT, MESH, SHARED, WIDTH};
