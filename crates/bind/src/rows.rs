@@ -86,7 +86,7 @@ fn smoothed(skin: &Skin, links: &[Option<Link>], rows: &[Row]) -> Vec<Row> {
         let Some(link) = &links[vertex] else {
             return own.clone();
         };
-        let around = skin.around(vertex).iter().map(|other| *other as usize);
+        let around = skin.beside(vertex).iter().map(|other| *other as usize);
         let around: Vec<usize> = around.filter(|other| links[*other].is_some()).collect();
         let near = (link.distance_m - SMOOTHED_M.0) / (SMOOTHED_M.1 - SMOOTHED_M.0);
         let edges_m = around

@@ -34,6 +34,8 @@ pub struct Skin {
     /// Neighbours of each welded vertex along edges, sorted: `around[starts[v]..starts[v + 1]]`.
     pub starts: Vec<u32>,
     pub around: Vec<u32>,
+    /// Of vertices where the skin ends, such as those of a hem: the neighbours along its end.
+    hems: FxHashMap<u32, Vec<u32>>,
 }
 
 impl Skin {
@@ -69,6 +71,7 @@ impl Skin {
             welded,
             starts: Vec::new(),
             around: Vec::new(),
+            hems: FxHashMap::default(),
         };
         for (vertex, welded) in skin.welded.iter().enumerate() {
             skin.positions_m[*welded as usize] = positions_m[vertex];
@@ -105,6 +108,7 @@ impl Skin {
         }
         skin.normals = vertex_normals(&skin.positions_m, &skin.faces);
         (skin.starts, skin.around) = neighbours(count, &skin.faces);
+        skin.hems = hems(&skin.faces);
         Ok(skin)
     }
 
@@ -132,6 +136,13 @@ impl Skin {
     /// Neighbours of a welded vertex.
     pub fn around(&self, vertex: usize) -> &[u32] {
         &self.around[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
+    }
+
+    /// The neighbours whose mean lies beside a vertex: all, or those along the hem on which it is. The others
+    /// of a hem lie on one side of it.
+    pub fn beside(&self, vertex: usize) -> &[u32] {
+        let along = self.hems.get(&(vertex as u32));
+        along.map_or_else(|| self.around(vertex), Vec::as_slice)
     }
 }
 
@@ -176,6 +187,24 @@ fn weld(positions_m: &[Vec3], parts: &[PartWeights]) -> Vec<u32> {
 
 fn side(inside: f32) -> i32 {
     if inside < 0.5 { -1 } else { 1 }
+}
+
+/// The neighbours along edges that belong to one face alone.
+fn hems(faces: &[[u32; 3]]) -> FxHashMap<u32, Vec<u32>> {
+    let edges = faces
+        .iter()
+        .flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]])
+        .map(|[from, to]| [*from.min(to), *from.max(to)]);
+    let mut edges: Vec<[u32; 2]> = edges.collect();
+    edges.sort_unstable();
+    let mut hems: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    for same in edges.chunk_by(|a, b| a == b) {
+        if let [[a, b]] = *same {
+            hems.entry(a).or_default().push(b);
+            hems.entry(b).or_default().push(a);
+        }
+    }
+    hems
 }
 
 fn neighbours(count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {

@@ -140,6 +140,10 @@ fn a_skeleton_of_no_person() {
     }
     let error = refused(&avatar);
     assert!(matches!(error, BindError::NoHumanoid(_)), "{error}");
+    assert!(
+        error.to_string().contains("`bones` of an avatar"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -79,7 +79,8 @@ pub enum MotionError {
     #[error(
         "no source joint found for {}; recognised {recognised} of the file's {total} joints. Rename \
          them as in CMU, Mixamo or SMPL skeletons (Hips, LeftUpLeg, LeftLeg, LeftArm, LeftForeArm, ...) \
-         or say which joint is which (`joints`: left_hip is `...`). The file's joints: {}",
+         or say which joint is which (`joints` of a motion, `bones` of an avatar: left_hip is `...`). The \
+         file's joints: {}",
         list(.missing),
         shortened(.names)
     )]
