@@ -4,12 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dynaskin_body::{BodyModel, Pose, SHAPE_COUNT};
+use dynaskin_decoding::{DecoderMatrix, Tables};
 use dynaskin_fit::{MeshKind, ScanOptions, ScanUnit, Scans};
 use dynaskin_hdf5::{Hdf5, Kind};
 use dynaskin_motion::{GltfMotion, MotionFile, UpAxis};
 use dynaskin_runtime::{
-    Avatar, Bundle, BundleFile, Decoder, DecoderSession, Model, Predictor, PredictorSession,
-    RuntimeError,
+    Avatar, Bundle, BundleFile, Decoder, DecoderSession, LinearDecoder, Model, Predictor,
+    PredictorSession, RuntimeError,
 };
 use dynaskin_sim::ClipData;
 
@@ -145,13 +146,20 @@ fn try_model(model: Arc<Model>) {
     stage::assert_finite(&mut avatar);
 }
 
-/// A predictor: a share is optimised and ticks; it gives finite numbers or says that it does not.
+/// Whether a network's file is lowered: then it is run as it is, and no time goes into optimising.
+pub fn is_lowered(file: &[u8]) -> bool {
+    file.starts_with(b"dynaskin-lowered")
+}
+
+/// A predictor: of ONNX files a share is optimised and ticks, of lowered ones all; it gives finite numbers or says that it does not.
 pub fn predictor(file: &[u8]) -> bool {
-    if dynaskin_onnx::read(file, 1).is_err() {
-        return false;
-    }
-    if !is_in_share(file, PLANNED) {
-        return true;
+    if !is_lowered(file) {
+        if dynaskin_onnx::read(file, 1).is_err() {
+            return false;
+        }
+        if !is_in_share(file, PLANNED) {
+            return true;
+        }
     }
     let Ok(predictor) = Predictor::load(file) else {
         return false;
@@ -176,13 +184,16 @@ pub fn predictor(file: &[u8]) -> bool {
     true
 }
 
-/// A decoder: as [`predictor`].
+/// A decoder: as [`predictor`]. Where it is a matrix, a graphics card is given whole tables of finite numbers, which
+/// make the same offsets.
 pub fn decoder(file: &[u8]) -> bool {
-    if dynaskin_onnx::read(file, 1).is_err() {
-        return false;
-    }
-    if !is_in_share(file, PLANNED) {
-        return true;
+    if !is_lowered(file) {
+        if dynaskin_onnx::read(file, 1).is_err() {
+            return false;
+        }
+        if !is_in_share(file, PLANNED) {
+            return true;
+        }
     }
     let Ok(decoder) = Decoder::load(file) else {
         return false;
@@ -199,7 +210,31 @@ pub fn decoder(file: &[u8]) -> bool {
             Err(error) => return assert_honest(&error),
         }
     }
+    if let Some(linear) = decoder.linear() {
+        assert_tables(linear, decoder.vertex_count());
+    }
     true
+}
+
+fn assert_tables(linear: &LinearDecoder, vertex_count: usize) {
+    let vertices: Vec<u32> = (0..vertex_count as u32).collect();
+    let tables = Tables::new(&DecoderMatrix {
+        vertex_count,
+        faces: &[],
+        soft_vertices: &vertices,
+        starts: linear.starts(),
+        latents: linear.latents(),
+        weights_m: linear.weights().as_flattened(),
+        latent_count: linear.latent_count(),
+    });
+    let tables = tables.expect("a recognised matrix has tables");
+    for (lists, range) in tables.vertices.iter().zip(linear.starts().windows(2)) {
+        assert_eq!(lists[..2], *range, "each vertex has its own weights");
+    }
+    let weights = linear.weights().iter().zip(linear.latents());
+    for (texel, ([x, y, z], &latent)) in tables.weights.iter().zip(weights) {
+        assert_eq!(*texel, [*x, *y, *z, latent as f32]);
+    }
 }
 
 /// A network that loads may put out infinite numbers for some inputs; nothing else may go wrong.

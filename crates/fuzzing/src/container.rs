@@ -10,6 +10,9 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 /// Bytes before the payload of a saved state: magic, version, model.
 pub const STATE_HEADER: usize = 8 + 4 + 32;
 
+/// Likewise of a lowered network.
+pub const LOWERED_HEADER: usize = 16 + 4 + 32;
+
 /// Bytes of a checksum.
 const CHECKSUM: usize = 32;
 
@@ -109,26 +112,17 @@ pub fn npy_parts(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
     Some((text.trim_end().to_owned(), bytes[end..].to_vec()))
 }
 
-/// `state` with the right checksum.
-pub fn sealed(mut state: Vec<u8>) -> Vec<u8> {
-    if let Some(payload) = state.len().checked_sub(CHECKSUM) {
-        let checksum = Sha256::digest(&state[..payload]);
-        state[payload..].copy_from_slice(&checksum);
-    }
-    state
+/// Header and payload of a state or a lowered network, without the checksum; none where it is too short.
+pub fn sealed_parts(file: &[u8], header: usize) -> Option<(&[u8], &[u8])> {
+    let body = file.get(..file.len().checked_sub(CHECKSUM)?)?;
+    body.split_at_checked(header)
 }
 
-/// A state's bytes without its checksum, and where its payload begins in them.
-pub fn state_body(state: &[u8]) -> Option<&[u8]> {
-    let body = state.get(..state.len().checked_sub(CHECKSUM)?)?;
-    (body.len() >= STATE_HEADER).then_some(body)
-}
-
-/// A state of a body as [`state_body`] gives it.
-pub fn state(body: Vec<u8>) -> Vec<u8> {
-    let mut state = body;
-    state.resize(state.len() + CHECKSUM, 0);
-    sealed(state)
+/// A state or a lowered network of what [`sealed_parts`] gives.
+pub fn seal(mut body: Vec<u8>) -> Vec<u8> {
+    let checksum = Sha256::digest(&body);
+    body.extend(checksum);
+    body
 }
 
 /// Header and data of a safetensors file; none where it is none.

@@ -32,9 +32,9 @@ pub enum Target {
     GlbBody,
     /// `bundle.json`.
     Bundle,
-    /// `predictor.onnx`.
+    /// `predictor.onnx` and `predictor.lowered`.
     Predictor,
-    /// `decoder.onnx`.
+    /// `decoder.onnx` and `decoder.lowered`.
     Decoder,
     /// Saved states of avatars.
     State,
@@ -120,8 +120,8 @@ impl Target {
             Self::Gltf | Self::GlbBody => mutator.glb(file),
             Self::NpzPoses | Self::NpzBody => mutator.npz(file),
             Self::Bundle => mutator.json_file(file),
-            Self::Predictor | Self::Decoder => mutator.onnx(file),
-            Self::State => mutator.state(file),
+            Self::Predictor | Self::Decoder => mutator.network(file),
+            Self::State => mutator.sealed(file, container::STATE_HEADER),
             Self::Clip => mutator.safetensors(file),
             Self::Hdf5 => mutator.numbers(file),
         }

@@ -4,7 +4,9 @@ use std::cell::RefCell;
 use std::sync::{Arc, OnceLock};
 
 use dynaskin_body::{BodyModel, Pose};
-use dynaskin_runtime::{Avatar, Bundle, Controls, Detail, Model, RuntimeError, Skinning};
+use dynaskin_runtime::{
+    Avatar, Bundle, Controls, Detail, LoweredNetworks, Model, RuntimeError, Skinning, lower,
+};
 use glam::Vec3;
 
 use crate::made_up;
@@ -33,6 +35,16 @@ pub fn body() -> &'static Arc<BodyModel> {
 pub fn networks() -> &'static (Vec<u8>, Vec<u8>) {
     static NETWORKS: OnceLock<(Vec<u8>, Vec<u8>)> = OnceLock::new();
     NETWORKS.get_or_init(|| (made_up::predictor_of(TINY), made_up::decoder_of(TINY)))
+}
+
+/// The same, lowered.
+pub fn lowered() -> &'static LoweredNetworks {
+    static LOWERED: OnceLock<LoweredNetworks> = OnceLock::new();
+    LOWERED.get_or_init(|| {
+        let (predictor, decoder) = networks();
+        let lowered = lower(&bundle(), predictor, decoder);
+        lowered.expect("the made-up networks can be lowered")
+    })
 }
 
 /// What belongs together.

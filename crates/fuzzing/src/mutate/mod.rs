@@ -8,7 +8,7 @@ use rand::RngExt;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use crate::container;
+use crate::{check, container};
 
 /// Of so many mutations one changes the file as a whole, and so breaks its structure.
 const BROKEN: u32 = 8;
@@ -193,19 +193,27 @@ impl<'a> Mutator<'a> {
         container::npy_with_header(&header, &data)
     }
 
-    /// A saved state: what stands before its checksum, which is made right.
-    pub fn state(&mut self, file: &[u8]) -> Vec<u8> {
-        let body = container::state_body(file).filter(|_| !self.one_in(BROKEN));
-        let Some(body) = body else {
+    /// A saved state or a lowered network: what stands between `header` bytes and its checksum, which is made right.
+    pub fn sealed(&mut self, file: &[u8], header: usize) -> Vec<u8> {
+        let parts = container::sealed_parts(file, header).filter(|_| !self.one_in(BROKEN));
+        let Some((header, payload)) = parts else {
             return self.broken(file);
         };
-        let (header, payload) = body.split_at(container::STATE_HEADER);
         let mut payload = payload.to_vec();
-        // Numbers of a state stand anywhere: lists are behind lengths of one or two bytes.
+        // Numbers stand anywhere: lists are behind lengths of one or two bytes.
         let shift = self.below(8).min(payload.len());
         let mut rest = payload.split_off(shift);
         self.data(&mut rest);
-        container::state([header, &payload, &rest].concat())
+        container::seal([header, &payload, &rest].concat())
+    }
+
+    /// A network, ONNX or lowered.
+    pub fn network(&mut self, file: &[u8]) -> Vec<u8> {
+        if check::is_lowered(file) {
+            self.sealed(file, container::LOWERED_HEADER)
+        } else {
+            self.onnx(file)
+        }
     }
 
     /// A clip: its header or its numbers; the header's length is made right.

@@ -9,7 +9,7 @@ const FEATURES: usize = 3;
 const CELLS: usize = 2;
 const LATENTS: usize = 2;
 
-/// An LSTM, a GRU, one of every elementary operator, and the one of the made-up model.
+/// An LSTM, a GRU, one of every elementary operator, and the one of the made-up model, also lowered.
 pub fn predictors() -> Vec<Vec<u8>> {
     let made = [lstm(), gru(), elementary()];
     let mut files: Vec<Vec<u8>> = made
@@ -17,15 +17,20 @@ pub fn predictors() -> Vec<Vec<u8>> {
         .map(|graph| graph.expect("a made-up predictor is a valid graph"))
         .collect();
     files.push(stage::networks().0.clone());
+    files.push(stage::lowered().predictor.clone());
     files
 }
 
-/// A dense layer in half precision, one over rows and reordered vertices, and convolutions.
+/// A dense layer in half precision, one over rows and reordered vertices, convolutions, and the one of the made-up
+/// model, lowered.
 pub fn decoders() -> Vec<Vec<u8>> {
     let made = [dense(), reordered(), convolutions()];
-    made.into_iter()
+    let mut files: Vec<Vec<u8>> = made
+        .into_iter()
         .map(|graph| graph.expect("a made-up decoder is a valid graph"))
-        .collect()
+        .collect();
+    files.push(stage::lowered().decoder.clone());
+    files
 }
 
 fn weights(graph: &mut Graph, name: &str, shape: &[usize]) -> Result<Value, WriteError> {

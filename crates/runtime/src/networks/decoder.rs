@@ -84,9 +84,13 @@ impl Decoder {
         })
     }
 
-    /// The decoder as one matrix; none where it is anything else, or is not recognised.
+    /// The decoder as one matrix of finite numbers; none where it is anything else, or is not recognised.
     pub fn linear(&self) -> Option<&LinearDecoder> {
-        let linear = self.linear.get_or_init(|| self.plans.fused()?.linear());
+        let linear = self.linear.get_or_init(|| {
+            let linear = self.plans.fused()?.linear()?;
+            // Whoever else decodes need not look for what is not finite: steps do.
+            finite(linear.weights().as_flattened()).then_some(linear)
+        });
         linear.as_ref()
     }
 
