@@ -121,7 +121,7 @@ pub fn write_first(path: &Path, contents: &[u8]) -> Result<bool, FileError> {
 }
 
 /// Writes files that belong together: all of them aside, then each into its place, in order. A full
-/// disk leaves all of them as they were. A kill between two renames leaves the first ones new: put
+/// disk and a folder in the place of a file leave all of them as they were. A kill between two renames leaves the first ones new: put
 /// last the file that names the others.
 ///
 /// # Errors
@@ -134,6 +134,11 @@ pub fn replace_all(files: &[(&Path, &[u8])]) -> Result<(), FileError> {
         done.map_err(FileError::io(path, "writing"))?;
         replacement.sync()?;
         written.push(replacement);
+    }
+    // Found before the first has its place.
+    if let Some((path, _)) = files.iter().find(|(path, _)| path.is_dir()) {
+        let source = std::io::Error::from(ErrorKind::IsADirectory);
+        return Err(FileError::io(path, "replacing")(source));
     }
     written.into_iter().try_for_each(Replacement::rename)
 }
@@ -219,6 +224,18 @@ mod tests {
         assert!(error.to_string().contains("nowhere"), "{error}");
         assert_eq!(fs::read_to_string(&first).unwrap(), "old");
         assert_eq!(names(folder.path()), ["first"]);
+    }
+
+    #[test]
+    fn a_folder_in_the_place_of_one_leaves_all_as_they_were() {
+        let folder = tempfile::tempdir().unwrap();
+        let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
+        fs::write(&first, "old").unwrap();
+        fs::create_dir(&second).unwrap();
+        let error = replace_all(&[(&first, b"new"), (&second, b"new")]).unwrap_err();
+        assert!(error.to_string().contains("second: replacing"), "{error}");
+        assert_eq!(fs::read_to_string(&first).unwrap(), "old");
+        assert_eq!(names(folder.path()), ["first", "second"]);
     }
 
     #[test]
