@@ -46,7 +46,7 @@ export class BodyPanel {
         label: `Shape ${idx + 1}`,
         ...{ min: -SHAPE_LIMIT, max: SHAPE_LIMIT, step: 0.1, value: 0 },
         format: (beta) => `${signed(beta)} σ`,
-        onInput: (beta) => this.#setShape(withinBound(state.shape.with(idx, beta))),
+        onInput: (beta) => this.#setShape(withinBound(state.shape.with(idx, beta), idx)),
       }),
     );
     fillSliders("shape-coefficients", this.#coefficients);
