@@ -84,7 +84,9 @@ pub fn section(report: &mut Report, shown: &[Shown]) -> anyhow::Result<()> {
             trained(one)?.checked_sub(autoencoder)
         },
     );
-    row("as the bundle counts", [None; 3], &trained);
+    if !shown.is_empty() {
+        row("as the bundle counts", [None; 3], &trained);
+    }
     report.table(&table);
     Ok(())
 }
