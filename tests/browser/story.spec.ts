@@ -142,6 +142,23 @@ test("a visitor who asked for less motion sees a pair that stands still at the l
   await expect.poll(time).not.toBe(before);
 });
 
+test("on a phone the names stand over the text, however long it is", async ({ page }) => {
+  await page.setViewportSize({ width: 390, height: 844 });
+  for (const reducedMotion of ["reduce", "no-preference"] as const) {
+    await page.emulateMedia({ reducedMotion });
+    await openAddress(page, "/");
+    await expect(page.locator("#story-still")).toBeVisible({ visible: reducedMotion === "reduce" });
+    const textTopPx = (await page.locator(".story-text").boundingBox())?.y ?? 0;
+    const names = await page.locator(".wipe .name").all();
+    expect(names).toHaveLength(2);
+    for (const name of names) {
+      const box = await name.boundingBox();
+      expect((box?.y ?? 0) + (box?.height ?? Number.NaN)).toBeLessThanOrEqual(textTopPx);
+      expect(box?.y).toBeGreaterThan(400);
+    }
+  }
+});
+
 test("below the picture: papers, results, licence and how to cite", async ({ page }) => {
   await page.emulateMedia({ reducedMotion: "reduce" });
   await openAddress(page, "/?resolution=full");

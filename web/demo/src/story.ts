@@ -47,6 +47,12 @@ export class Story {
     for (const chapter of CHAPTERS) {
       byId(`chapter-${chapter}`).addEventListener("click", () => this.go(chapter));
     }
+    // On phones the names stand over the text, whose height depends on what it says.
+    const text = byId("story-title").parentElement;
+    new ResizeObserver(() => {
+      const topPx = text?.getBoundingClientRect().top ?? 0;
+      if (topPx > 0) byId("wipe").style.setProperty("--above-text", `${innerHeight - topPx}px`);
+    }).observe(text ?? document.body);
     byId("story-lab").addEventListener("click", () => this.leave());
     byId("lab-leave").addEventListener("click", () => this.go("look"));
     byId("story-play").addEventListener("click", () => {
