@@ -141,7 +141,8 @@ async function furtherRows(baseline, model) {
   const node = [await speed(inNode(model, baseline)), await speed(inNode(model))];
   return [
     `| ${loading.name}, ms | ${loading.beforeMs.toFixed(0)} | ${loading.afterMs.toFixed(0)} | ${ratioCell(loading)}`,
-    `| one more avatar, bytes of memory | ${bytes.join(" | ")} | ${(bytes[1] / bytes[0]).toFixed(3)} | |`,
+    // Memory grows in steps: the room of one more avatar may be there already.
+    `| one more avatar, bytes of memory | ${bytes.join(" | ")} | ${bytes[0] > 0 ? (bytes[1] / bytes[0]).toFixed(3) : ""} | |`,
     `| both networks against onnxruntime-web, Node | ${node.join(" | ")} | | |`,
     ...(chromium
       ? [
