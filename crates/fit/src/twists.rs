@@ -204,7 +204,7 @@ impl Twists {
     pub fn normal(
         mut self,
         branches: &[Branch],
-        own: impl IntoIterator<Item = usize>,
+        own: &[usize],
         unknowns: usize,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let mut hessian = DMatrix::zeros(unknowns, unknowns);
@@ -231,7 +231,6 @@ impl Twists {
                 }
             }
         }
-        let own: Vec<usize> = own.into_iter().collect();
         for (index, (&unknown, slopes)) in own.iter().zip(&self.own_slopes).enumerate() {
             gradient[unknown] += self.own_gradient[index];
             for branch in branches {
