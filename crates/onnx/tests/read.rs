@@ -57,6 +57,23 @@ fn what_was_written_is_read() {
     assert_eq!(eight.outputs[0].shape, [8, 2]);
 }
 
+/// Casas & Otaduy's decoder of the published size has a layer of 3,000 by 3 numbers a vertex.
+#[test]
+fn weights_of_published_networks_are_read() {
+    let (inputs, outputs) = (3000, 3 * 2519);
+    let mut graph = Graph::new("large");
+    let mut build = || -> Result<(), WriteError> {
+        let x = graph.input("x", &[1, inputs])?;
+        let numbers = vec![0.5; inputs * outputs];
+        let w = graph.weights("w", &[inputs, outputs], &numbers, Precision::Half)?;
+        let y = graph.matmul(&x, &w)?;
+        graph.output("y", &y)
+    };
+    build().expect("a graph");
+    let graph = read(&graph.into_bytes(), 1).expect("a valid file");
+    assert_eq!(graph.outputs[0].shape, [1, outputs]);
+}
+
 #[test]
 fn a_file_cut_anywhere_is_refused() {
     let onnx_bytes = small().expect("a graph");

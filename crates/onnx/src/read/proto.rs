@@ -11,7 +11,11 @@ use crate::messages::{EXTERNAL, FLOAT, FLOAT16, GraphMessage, INT64, Model, Tens
 const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 13..=23;
 
 /// Largest number of elements of one value: 64 MiB in single precision.
-pub(super) const MAX_ELEMENTS: usize = 1 << 24;
+const MAX_ELEMENTS: usize = 1 << 24;
+
+/// Largest number of elements of an initialiser, all of which are in the file: 256 MiB in single precision. The
+/// last layer of Casas & Otaduy's decoder of the published size has 62 million over 6,890 vertices.
+const MAX_WEIGHTS: usize = 1 << 26;
 
 /// Largest number of axes of one value.
 const MAX_AXES: usize = 6;
@@ -49,14 +53,18 @@ pub(super) fn decode(onnx_bytes: &[u8]) -> Result<GraphMessage, ReadError> {
 
 /// The shape `dims`, refused where it is negative, empty or larger than [`MAX_ELEMENTS`].
 pub(super) fn shape(name: &str, dims: &[i64]) -> Result<Vec<usize>, ReadError> {
+    shape_up_to(MAX_ELEMENTS, name, dims)
+}
+
+fn shape_up_to(most: usize, name: &str, dims: &[i64]) -> Result<Vec<usize>, ReadError> {
     let elements = dims.iter().try_fold(1_usize, |product, &length| {
         let length = usize::try_from(length).ok().filter(|&length| length > 0)?;
-        product.checked_mul(length).filter(|&p| p <= MAX_ELEMENTS)
+        product.checked_mul(length).filter(|&p| p <= most)
     });
     if elements.is_none() || dims.len() > MAX_AXES {
         let problem = format!(
             "the shape is {dims:?}, expected at most {MAX_AXES} axes of fixed length above 0 with \
-             at most {MAX_ELEMENTS} elements in all"
+             at most {most} elements in all"
         );
         return Err(invalid(name, problem));
     }
@@ -65,7 +73,7 @@ pub(super) fn shape(name: &str, dims: &[i64]) -> Result<Vec<usize>, ReadError> {
 
 /// The shape and the numbers of an initialiser.
 pub(super) fn numbers(tensor: &TensorMessage) -> Result<(Vec<usize>, Numbers), ReadError> {
-    let shape = shape(&tensor.name, &tensor.dims)?;
+    let shape = shape_up_to(MAX_WEIGHTS, &tensor.name, &tensor.dims)?;
     let problem = |text: String| invalid(tensor.name.as_str(), text);
     if tensor.data_location == EXTERNAL {
         return Err(problem(
