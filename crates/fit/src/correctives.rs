@@ -1,19 +1,18 @@
 //! Pose correctives in the normal equations.
 //!
-//! A corrective moves a vertex by `Σ f(θ) D`, one direction D for each of nine entries of a joint's local rotation.
-//! As columns of their own they would be 69 dense ones, which cost many times the rest of the equations. Their part
-//! of the gradient is a sum over the vertices for each direction, and exact. The Hessian comes from sums that are
-//! made once: of the directions with each other, and with the motion of each bone. There a vertex is where the average
-//! body has it, each of its bones carries it rigidly, and no vertex is a stray: steps are a little off, their end is not.
+//! A corrective moves a vertex by `Σ f(θ) D`, one direction D for each of nine entries of a joint's local rotation: 69
+//! dense columns, which cost many times the rest of the equations. Their part of the gradient is a sum over the vertices
+//! for each direction, which is cheap. The Hessian takes the columns, so it is summed over a part of the vertices alone:
+//! steps are a little off, their end is not. It has to be the square of *one* linear model of the residuals. Cheaper sums
+//! that mix models give a matrix that is not positive definite; poses then stop early, and joints are not found at all.
 
 use std::borrow::Cow;
 
 use bytemuck::cast_slice;
 use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Pose, add_correctives};
 use glam::{DMat3, DVec3, Vec3};
-use nalgebra::DMatrix;
 
-use crate::twists::{Slope, Twists, skew};
+use crate::twists::skew;
 
 /// Vertices that count.
 pub(crate) struct Chosen {
@@ -44,6 +43,25 @@ impl Chosen {
             rest_m[vertex] = corrected_m;
         }
         Cow::Owned(rest_m)
+    }
+
+    /// Whether the body has no correctives.
+    pub fn is_rigid(&self) -> bool {
+        self.dirs_m.is_empty()
+    }
+
+    /// What the correctives of turns of all joints but the pelvis change in the rest position of the vertex at
+    /// `index` of those that count, in metres.
+    pub fn changes_m(&self, index: usize, turns: &[Turn], changes_m: &mut [DVec3]) {
+        let fields = self.dirs_m.chunks_exact(ENTRIES).zip(turns);
+        for ((fields, turn), changes_m) in fields.zip(changes_m.as_chunks_mut::<3>().0) {
+            for (entries, change_m) in turn.iter().zip(changes_m) {
+                let parts = fields.iter().zip(entries);
+                *change_m = parts
+                    .map(|(dirs, entry)| dirs[index].as_dvec3() * *entry)
+                    .sum();
+            }
+        }
     }
 
     /// The gradient along turns of all joints but the pelvis, of what their correctives change; `pulls_m` are the
@@ -89,113 +107,8 @@ const LANES: usize = 16;
 /// Entries of a rotation.
 const ENTRIES: usize = 9;
 
-/// Products of a body's corrective directions under the weights of its vertices.
-pub(crate) struct Correctives {
-    /// `Σ w D_a · D_b` in m², `[direction][direction]`.
-    products: DMatrix<f64>,
-    /// Of each bone j with its share s of each vertex y: `Σ w s y × D` in m² and `Σ w s D` in metres,
-    /// `[direction][joint]`.
-    slopes: Vec<[Slope; JOINT_COUNT]>,
-    /// Sum of the weights.
-    weight: f64,
-}
-
 /// Change of the entries of a joint's local rotation, rows first, with a turn in the world about each axis.
 pub(crate) type Turn = [[f64; ENTRIES]; 3];
-
-impl Correctives {
-    /// None where the body has no correctives; `weights` is `[vertex]`.
-    pub fn new(body: &BodyModel, weights: &[f64]) -> Option<Self> {
-        if body.pose_dirs_m.is_empty() {
-            return None;
-        }
-        let roots: Vec<f32> = weights.iter().map(|weight| weight.sqrt() as f32).collect();
-        let columns = body.pose_dirs_m.iter().flat_map(|dirs| {
-            let scaled = dirs.iter().zip(&roots);
-            scaled.flat_map(|(dir, root)| (*dir * *root).to_array())
-        });
-        let shape = (3 * weights.len(), body.pose_dirs_m.len());
-        let scaled_m = DMatrix::from_iterator(shape.0, shape.1, columns);
-        let slopes = body.pose_dirs_m.iter().map(|dirs| {
-            let mut slopes = [Slope::default(); JOINT_COUNT];
-            for (vertex, dir) in dirs.iter().enumerate() {
-                let pull = dir.as_dvec3() * weights[vertex];
-                let turn = body.template_m[vertex].as_dvec3().cross(pull);
-                let skin = &body.skin[vertex];
-                for (&joint, &share) in skin.joints.iter().zip(&skin.weights) {
-                    slopes[usize::from(joint)] += Slope { turn, shift: pull } * f64::from(share);
-                }
-            }
-            slopes
-        });
-        Some(Self {
-            slopes: slopes.collect(),
-            products: (scaled_m.transpose() * scaled_m).cast(),
-            weight: weights.iter().sum(),
-        })
-    }
-
-    /// Adds the turns of all joints but the pelvis as unknowns that move no bones, with this `gradient`; `weight` is the
-    /// sum of the weights of the vertices that count.
-    pub fn add_to(
-        &self,
-        twists: &mut Twists,
-        turns: &[Turn],
-        bones: &[Bone; JOINT_COUNT],
-        weight: f64,
-        gradient: &[f64],
-    ) {
-        let share = weight / self.weight.max(f64::MIN_POSITIVE);
-        let count = 3 * turns.len();
-        let mut products = DMatrix::zeros(count, count);
-        for (a, one) in turns.iter().enumerate() {
-            for (b, other) in turns[..=a].iter().enumerate() {
-                let block = (self.products).view((ENTRIES * a, ENTRIES * b), (ENTRIES, ENTRIES));
-                for (j, other) in other.iter().enumerate() {
-                    let along: [f64; ENTRIES] = std::array::from_fn(|e| {
-                        (0..ENTRIES).map(|f| block[(e, f)] * other[f]).sum()
-                    });
-                    for (i, one) in one.iter().enumerate() {
-                        products[(3 * a + i, 3 * b + j)] = share * dot(one, &along);
-                    }
-                }
-            }
-        }
-        let slopes = self.slopes.chunks_exact(ENTRIES).zip(turns);
-        let slopes = slopes.flat_map(|(slopes, turn)| {
-            turn.map(|entries| {
-                std::array::from_fn(|joint| {
-                    let mut rest = Slope::default();
-                    for (slopes, entry) in slopes.iter().zip(entries) {
-                        rest += slopes[joint] * entry;
-                    }
-                    bones[joint].carried(rest) * share
-                })
-            })
-        });
-        twists.extend(slopes.collect(), &products, gradient);
-    }
-}
-
-/// Where a bone has carried its rest frame.
-#[derive(Clone, Copy)]
-pub(crate) struct Bone {
-    /// From rest to world.
-    pub rotation: DMat3,
-    /// The centre of the twists, in the rest frame, in metres.
-    pub centre_rest_m: DVec3,
-}
-
-impl Bone {
-    /// Products with its motion about the origin of the rest pose as those with its motion about the centre, in the
-    /// world.
-    fn carried(&self, rest: Slope) -> Slope {
-        Slope {
-            turn: self.rotation * (rest.turn - self.centre_rest_m.cross(rest.shift)),
-            shift: self.rotation * rest.shift,
-        }
-    }
-}
 
 fn dot(a: &[f64; ENTRIES], b: &[f64; ENTRIES]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

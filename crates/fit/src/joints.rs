@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::problem::{Beside, Estimate, PLACES, POSE, Problem};
+use crate::problem::{Beside, Estimate, Normal, PLACES, POSE, Problem};
 use crate::sequence::{Fitter, Known, Weights};
 use crate::solve::damped;
 use crate::start::{Parts, pose_by_parts};
@@ -290,7 +290,7 @@ impl Fit<'_> {
                     beside: Beside::Joints,
                     ..self.fitter.problem(scan_m, self.weights)
                 };
-                reduced(&problem, frame)
+                reduced(&problem.normal(frame))
             })
             .collect();
         let prior = prior(self.weights, self.scans_m.len());
@@ -341,8 +341,7 @@ impl Fit<'_> {
 }
 
 /// The equations of the joints alone, where the pose goes along; none where they determine no pose.
-fn reduced(problem: &Problem<'_>, frame: &Estimate) -> Option<Reduced> {
-    let normal = problem.normal(frame);
+fn reduced(normal: &Normal) -> Option<Reduced> {
     let pose = normal.hessian.view((0, 0), (POSE, POSE)).into_owned();
     let cross = normal.hessian.view((0, POSE), (POSE, PLACES)).into_owned();
     let places = normal.hessian.view((POSE, POSE), (PLACES, PLACES));

@@ -21,7 +21,7 @@ use dynaskin_body::{BodyModel, JOINT_COUNT, Joint, Pose, SHAPE_COUNT, ShapedBody
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use nalgebra::{DMatrix, DVector};
 
-use crate::correctives::{Bone, Chosen, Correctives, turns};
+use crate::correctives::{Chosen, turns};
 use crate::twists::{Branch, Linear, Twists, skew};
 
 /// Where the difference between model and scan is measured.
@@ -64,8 +64,8 @@ pub(crate) struct Problem<'a> {
     /// The vertices that count.
     pub chosen: &'a Chosen,
     pub beside: Beside,
-    /// Of the body's correctives, where it has some.
-    pub correctives: Option<&'a Correctives>,
+    /// Those of which the Hessian is made where the body has correctives, by their share of the weights.
+    pub coarse: &'a Chosen,
     /// Scale in metres of the robust loss (Cauchy's): residuals far above it, stray vertices, pull
     /// less and less.
     pub robust_m: f64,
@@ -262,13 +262,18 @@ impl Problem<'_> {
         let shape_maps_m = self.shape_maps_m(&frame);
         // Near the body, so that products of distances lose no digits.
         let centre_m = frame.joint_position_m[Joint::Pelvis as usize];
-        let mut twists = Twists::new(shape_maps_m.len());
-        let mut own = vec![DVec3::ZERO; shape_maps_m.len()];
-        // Of pose correctives, where the body has some.
+        let turns = match self.chosen.is_rigid() {
+            true => Vec::new(),
+            false => turns(&frame.joint_rotation),
+        };
+        // Columns of pose correctives, which follow those of β.
+        let has_columns = std::ptr::eq(self.chosen, self.coarse);
+        let columns = if has_columns { 3 * turns.len() } else { 0 };
+        let mut twists = Twists::new(shape_maps_m.len() + columns);
+        let mut own = vec![DVec3::ZERO; shape_maps_m.len() + columns];
         let mut pulls_m = Vec::new();
-        let mut counted = 0.0;
         let mut cost = self.prior_cost(estimate);
-        for &vertex in &self.chosen.vertices {
+        for (index, &vertex) in self.chosen.vertices.iter().enumerate() {
             let vertex = vertex as usize;
             let residual = self.residual(&frame, vertex);
             let size_m = residual.value_m.length();
@@ -276,10 +281,16 @@ impl Problem<'_> {
             let weight = self.weights[vertex] * self.robust_weight(size_m);
             let by_rest = self.by_rest(&frame, vertex);
             self.shape_changes(&shape_maps_m, vertex, &residual, &by_rest, &mut own);
-            if self.correctives.is_some() {
+            let corrective_columns = &mut own[shape_maps_m.len()..];
+            if !corrective_columns.is_empty() {
+                self.chosen.changes_m(index, &turns, corrective_columns);
+                for column in corrective_columns {
+                    *column = -(by_rest * *column);
+                }
+            }
+            if !turns.is_empty() && !has_columns {
                 let pull_m = by_rest.transpose() * residual.value_m * weight;
                 pulls_m.push(pull_m.as_vec3());
-                counted += weight;
             }
             let carried_m = residual.carried_m.as_vec3();
             let carried_by = |joint: usize| {
@@ -295,24 +306,23 @@ impl Problem<'_> {
             twists.add(&self.body.skin[vertex], carried_by, &linear);
         }
         let mut own_unknowns: Vec<usize> = (POSE..POSE + shape_maps_m.len()).collect();
-        if let Some(correctives) = self.correctives {
-            let turns = turns(&frame.joint_rotation);
-            let gradient = self.chosen.gradient(&turns, &pulls_m);
-            let bones = std::array::from_fn(|joint| {
-                let rotation = frame.joint_rotation[joint];
-                let from_joint_m =
-                    rotation.transpose() * (centre_m - frame.joint_position_m[joint]);
-                Bone {
-                    rotation,
-                    centre_rest_m: estimate.shaped.joints_m[joint].as_dvec3() + from_joint_m,
-                }
-            });
-            correctives.add_to(&mut twists, &turns, &bones, counted, &gradient);
-            // The pelvis has no correctives.
-            own_unknowns.extend(ROTATION + 3..POSE);
+        // The pelvis has no correctives.
+        let turned = ROTATION + 3..POSE;
+        if columns > 0 {
+            own_unknowns.extend(turned.clone());
         }
         let branches = self.branches(&frame, centre_m);
         let (mut hessian, mut gradient) = twists.normal(&branches, &own_unknowns, self.unknowns());
+        if !pulls_m.is_empty() {
+            for (unknown, slope) in turned.zip(self.chosen.gradient(&turns, &pulls_m)) {
+                gradient[unknown] += slope;
+            }
+            let few = Problem {
+                chosen: self.coarse,
+                ..*self
+            };
+            hessian = few.hessian_alone(estimate) * (self.weight_sum() / few.weight_sum());
+        }
         if self.beside == Beside::Shape {
             for (i, beta) in estimate.shape.iter().enumerate() {
                 hessian[(POSE + i, POSE + i)] += self.prior();
@@ -324,6 +334,17 @@ impl Problem<'_> {
             hessian,
             gradient,
         }
+    }
+
+    /// The Hessian without the prior of β.
+    fn hessian_alone(&self, estimate: &Estimate) -> DMatrix<f64> {
+        let mut hessian = self.normal(estimate).hessian;
+        if self.beside == Beside::Shape {
+            for unknown in POSE..POSE + SHAPE_COUNT {
+                hessian[(unknown, unknown)] -= self.prior();
+            }
+        }
+        hessian
     }
 
     /// The unknowns that move branches.
@@ -499,9 +520,9 @@ mod tests {
             let rest_m = truth.rest_m(&body).into_owned();
             dynaskin_body::skin_linear(&rest_m, &body.skin, &matrices, &mut scan_m);
             let weights: Vec<f64> = (0..scan_m.len()).map(|i| 0.2 + (i % 5) as f64).collect();
-            let correctives = Correctives::new(&body, &weights);
-            let chosen = (0..scan_m.len() as u32).step_by(3).collect();
-            let chosen = Chosen::new(&body, chosen);
+            let every = |stride| (0..scan_m.len() as u32).step_by(stride).collect();
+            let chosen = Chosen::new(&body, every(3));
+            let fewer = Chosen::new(&body, every(9));
             for objective in [Objective::Unposed, Objective::Posed] {
                 for beside in [Beside::Nothing, Beside::Shape, Beside::Joints] {
                     let problem = Problem {
@@ -511,7 +532,7 @@ mod tests {
                         weights: &weights,
                         chosen: &chosen,
                         beside,
-                        correctives: correctives.as_ref(),
+                        coarse: &chosen,
                         robust_m: 10.0,
                     };
                     let normal = problem.normal(&truth);
@@ -519,6 +540,21 @@ mod tests {
                         (normal.cost - problem.cost(&truth)).abs() < 1e-12,
                         "{objective:?} {beside:?}"
                     );
+                    // A Hessian of fewer vertices goes with the same gradient, and is positive definite, too.
+                    let aside = moved(
+                        &problem,
+                        &truth,
+                        &DVector::from_element(problem.unknowns(), 0.01),
+                    );
+                    let few = Problem {
+                        coarse: &fewer,
+                        ..problem
+                    };
+                    let [whole, part] = [&problem, &few].map(|of| of.normal(&aside));
+                    let error = (&whole.gradient - &part.gradient).norm() / whole.gradient.norm();
+                    assert!(error < 1e-5, "{objective:?} {beside:?}: {error}");
+                    let poses = part.hessian.view((0, 0), (POSE, POSE)).into_owned();
+                    assert!(poses.cholesky().is_some(), "{objective:?} {beside:?}");
                     let step = DVector::from_fn(problem.unknowns(), |i, _| {
                         1e-3 * (i as f64 * 1.9 + 0.3).sin()
                     });

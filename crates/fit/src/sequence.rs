@@ -6,7 +6,7 @@ use dynaskin_body::{BodyModel, JOINT_COUNT, Pose, SHAPE_COUNT, SkinMatrices, unp
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::correctives::{Chosen, Correctives};
+use crate::correctives::Chosen;
 use crate::joints::{self, JointFrames, Joints};
 use crate::problem::{Beside, Estimate, Objective, Problem};
 use crate::rigidity::{self, Rigidity};
@@ -38,6 +38,8 @@ const COARSE: usize = 6;
 const ENOUGH_COARSE: f64 = 1e-3;
 /// The same with all vertices: the step is then a thousandth of the residuals.
 const ENOUGH: f64 = 1e-6;
+/// The same while joints are looked for, which moves the poses anyway: a hundredth of the residuals.
+const ENOUGH_FOR_JOINTS: f64 = 1e-4;
 /// Farthest RMS distance of the rigid skin in the first frame that still is a fit, in metres.
 const NO_FIT_M: f64 = 0.06;
 
@@ -118,8 +120,6 @@ pub(crate) struct Weights {
     chosen: Chosen,
     /// Some of them.
     coarse: Chosen,
-    /// Of pose correctives, where the body has some.
-    correctives: Option<Correctives>,
 }
 
 impl Weights {
@@ -128,7 +128,6 @@ impl Weights {
         let chosen: Vec<u32> = (0..values.len() as u32).filter(counts).collect();
         Self {
             coarse: Chosen::new(body, chosen.iter().copied().step_by(COARSE).collect()),
-            correctives: Correctives::new(body, &values),
             chosen: Chosen::new(body, chosen),
             values,
         }
@@ -365,7 +364,7 @@ impl Fitter<'_> {
             weights: &weights.values,
             chosen: &weights.chosen,
             beside: Beside::Nothing,
-            correctives: weights.correctives.as_ref(),
+            coarse: &weights.coarse,
             robust_m: NARROW_M,
         }
     }
@@ -391,9 +390,10 @@ impl Fitter<'_> {
         solve(problem, nearer, NARROW_STEPS, ENOUGH)
     }
 
-    /// A pose near enough for the narrow loss.
+    /// A pose near enough for the narrow loss, as exact as a step of the joints needs.
     pub fn refined(&self, scan_m: &[Vec3], weights: &Weights, start: Estimate) -> Estimate {
-        solve(&self.problem(scan_m, weights), start, NARROW_STEPS, ENOUGH)
+        let problem = self.problem(scan_m, weights);
+        solve(&problem, start, NARROW_STEPS, ENOUGH_FOR_JOINTS)
     }
 
     /// The first frame: pose and, unless it is known, shape.

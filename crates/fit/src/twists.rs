@@ -90,7 +90,8 @@ pub(crate) struct Twists {
     slopes: [Slope; JOINT_COUNT],
     /// Of each own unknown with each bone.
     own_slopes: Vec<[Slope; JOINT_COUNT]>,
-    own_products: DMatrix<f64>,
+    /// The vertices' changes by the roots of their weights, `[vertex][axis][own]`.
+    own_changes: Vec<f64>,
     own_gradient: DVector<f64>,
 }
 
@@ -116,7 +117,7 @@ impl Twists {
             products: vec![[Product::ZERO; JOINT_COUNT]; JOINT_COUNT],
             slopes: [Slope::default(); JOINT_COUNT],
             own_slopes: vec![[Slope::default(); JOINT_COUNT]; own],
-            own_products: DMatrix::zeros(own, own),
+            own_changes: Vec::new(),
             own_gradient: DVector::zeros(own),
         }
     }
@@ -171,31 +172,11 @@ impl Twists {
                 slopes[bone.joint] += slope(bone, pull);
             }
             self.own_gradient[own] += change.dot(linear.residual_m);
-            for (other, &other_change) in linear.own[..=own].iter().enumerate() {
-                self.own_products[(own, other)] += change.dot(other_change);
-            }
         }
-    }
-
-    /// Adds unknowns that move no bones, from sums that are known already: `products` with each other, with each
-    /// bone, and the gradient.
-    pub fn extend(
-        &mut self,
-        slopes: Vec<[Slope; JOINT_COUNT]>,
-        products: &DMatrix<f64>,
-        gradient: &[f64],
-    ) {
-        let (before, count) = (self.own_slopes.len(), slopes.len());
-        self.own_slopes.extend(slopes);
-        self.own_products =
-            std::mem::take(&mut self.own_products).resize(before + count, before + count, 0.0);
-        (self.own_products)
-            .view_mut((before, before), (count, count))
-            .copy_from(products);
-        self.own_gradient =
-            std::mem::take(&mut self.own_gradient).resize_vertically(before + count, 0.0);
-        for (own, slope) in self.own_gradient.iter_mut().skip(before).zip(gradient) {
-            *own = *slope;
+        let root = linear.weight.sqrt();
+        for axis in 0..3 {
+            let changes = linear.own.iter().map(|change| change[axis] * root);
+            self.own_changes.extend(changes);
         }
     }
 
@@ -231,6 +212,10 @@ impl Twists {
                 }
             }
         }
+        let changes = std::mem::take(&mut self.own_changes);
+        let rows = changes.len() / own.len().max(1);
+        let changes = DMatrix::from_vec(own.len(), rows, changes);
+        let products = &changes * changes.transpose();
         for (index, (&unknown, slopes)) in own.iter().zip(&self.own_slopes).enumerate() {
             gradient[unknown] += self.own_gradient[index];
             for branch in branches {
@@ -243,7 +228,7 @@ impl Twists {
                 }
             }
             for (other, &other_unknown) in own[..=index].iter().enumerate() {
-                let product = self.own_products[(index, other)];
+                let product = products[(index, other)];
                 hessian[(unknown, other_unknown)] += product;
                 if other != index {
                     hessian[(other_unknown, unknown)] += product;

@@ -192,7 +192,7 @@ fn joints_are_found_where_they_bend() {
 
 #[test]
 fn joints_are_found_under_pose_correctives() {
-    finds_joints(&with_correctives(female()));
+    finds_joints(&with_smooth_correctives(female()));
 }
 
 /// Fits poses with joints 1 cm aside.
@@ -258,6 +258,25 @@ fn with_correctives(mut body: BodyModel) -> BodyModel {
                     let near = body.skin[vertex].joints[0] as usize == 1 + row / 9;
                     let size_m = if near { 0.01 } else { 0.0 };
                     Vec3::new(k.sin(), (k * 1.3).cos(), (k * 0.7).sin()) * size_m
+                })
+                .collect()
+        })
+        .collect();
+    body
+}
+
+/// Correctives that swell the skin around each joint as a whole, so that they look like turns of bones.
+fn with_smooth_correctives(mut body: BodyModel) -> BodyModel {
+    body.pose_dirs_m = (0..9 * (JOINT_COUNT - 1))
+        .map(|row| {
+            let joint_m = body.joint_template_m[1 + row / 9];
+            let phase = row as f32 * 2.4;
+            let direction = Vec3::new(phase.sin(), (phase + 1.0).sin(), (phase + 2.0).sin());
+            let places = body.template_m.iter();
+            places
+                .map(|place_m| {
+                    let share = (-(place_m.distance(joint_m) / 0.1).powi(2)).exp();
+                    0.006 * share * direction
                 })
                 .collect()
         })
