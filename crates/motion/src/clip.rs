@@ -116,6 +116,25 @@ impl Clip {
             frames: self.frames.iter().map(mirrored_pose).collect(),
         }
     }
+
+    /// Turns the motion about the world's vertical through the origin so that the body faces +Z at its beginning,
+    /// half a second after the first frame, as the procedural motions do: the first frame of a file is often of a
+    /// calibration. A body that lies at that time, its front up or down, keeps its direction.
+    pub fn turn_to_front(&mut self) {
+        const BEGUN_SECONDS: f64 = 0.5;
+        const LEAST_HORIZONTAL: f64 = 0.3;
+        let begun = self.pose_at(BEGUN_SECONDS.min(self.duration_seconds() / 2.0));
+        let front = begun.parent_from_joint[Joint::Pelvis as usize] * DVec3::Z;
+        if front.x.hypot(front.z) < LEAST_HORIZONTAL {
+            return;
+        }
+        let turn = DQuat::from_rotation_y(-front.x.atan2(front.z));
+        for pose in &mut self.frames {
+            pose.root_translation_m = turn * pose.root_translation_m;
+            let pelvis = &mut pose.parent_from_joint[Joint::Pelvis as usize];
+            *pelvis = turn * *pelvis;
+        }
+    }
 }
 
 fn mirrored_pose(pose: &Pose) -> Pose {
@@ -230,6 +249,47 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_turned_clip_begins_with_its_front_to_z_and_is_else_the_same() {
+        let pelvis = Joint::Pelvis as usize;
+        for degrees in [0.0_f64, 40.0, 180.0, -135.0] {
+            let mut clip = turning(60.0, 90);
+            let turn = DQuat::from_rotation_y(degrees.to_radians());
+            for (frame, pose) in clip.frames.iter_mut().enumerate() {
+                // The body bends forward and goes on turning; the first frames are of something else.
+                let more = DQuat::from_rotation_y(0.01 * (frame as f64 - 30.0));
+                pose.parent_from_joint[pelvis] = turn * more * DQuat::from_rotation_x(0.4);
+                pose.root_translation_m = turn * pose.root_translation_m;
+            }
+            clip.frames[0].parent_from_joint[pelvis] = DQuat::from_rotation_y(2.0);
+            let mut turned = clip.clone();
+            turned.turn_to_front();
+            let front = turned.pose_at(0.5).parent_from_joint[pelvis] * DVec3::Z;
+            assert!(front.x.abs() < 1e-12 && front.z > 0.9, "{front}");
+            for (before, after) in clip.frames.iter().zip(&turned.frames) {
+                let back = |q: DQuat| turn.inverse() * q;
+                assert!(
+                    back(before.parent_from_joint[pelvis])
+                        .dot(after.parent_from_joint[pelvis])
+                        .abs()
+                        > 1.0 - 1e-12
+                );
+                let moved_m = turn.inverse() * before.root_translation_m;
+                assert!(moved_m.distance(after.root_translation_m) < 1e-12);
+                assert_eq!(before.parent_from_joint[1..], after.parent_from_joint[1..]);
+            }
+        }
+        // Who lies on the back has no front to turn.
+        let mut lying = turning(60.0, 90);
+        for pose in &mut lying.frames {
+            pose.parent_from_joint[pelvis] =
+                DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+        }
+        let mut turned = lying.clone();
+        turned.turn_to_front();
+        check_same(&turned, &lying);
     }
 
     #[test]

@@ -293,6 +293,12 @@ impl CoreMotion {
         Ok(pose::to_numbers(&self.clip.pose_at(time_seconds), out)?)
     }
 
+    /// Turns the motion about the vertical so that the body faces +Z at its beginning.
+    #[wasm_bindgen(js_name = turnToFront)]
+    pub fn turn_to_front(&mut self) {
+        self.clip.turn_to_front();
+    }
+
     /// For a file of named joints, what became of them: an object with `mapped`, `missing`, `unmapped`,
     /// `unit`, `frameSeconds` and `notes`; for other clips null.
     ///

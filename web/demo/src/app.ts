@@ -13,7 +13,6 @@ import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
 import { type Extent, extentsOf, largestGapPx } from "./extent.js";
 import { followStore } from "./follow.js";
-import { FromFront } from "./from-front.js";
 import { Ghost } from "./ghost.js";
 import { Hud } from "./hud.js";
 import { Loader } from "./loader.js";
@@ -242,7 +241,7 @@ export class App {
         return this.#playback.avatar;
       },
       play: (motion, { name, bytes }) => {
-        this.#playback?.setMotion(new FromFront(motion));
+        this.#playback?.setMotion(motion.turnToFront());
         this.#program.setFile({ name, bytes });
         wait(this.store, { motion: false });
         leaveClip(this.store);

@@ -2,7 +2,6 @@ import { type Avatar, Motion, type Shape } from "dynaskin";
 import { ByHand, type Playable } from "./by-hand.js";
 import { storyFigure } from "./chapters.js";
 import type { PlayedInstead } from "./code.js";
-import { FromFront } from "./from-front.js";
 import { findMotion, type MotionFile, motionLabel, motionOptions } from "./motions.js";
 import type { PageStore } from "./state.js";
 import { clipLabel } from "./truth.js";
@@ -51,7 +50,7 @@ export class Program {
   /** Makes the motion for an avatar's present shape. */
   makeMotion(avatar: Avatar): Playable {
     const { file, truth, motion, tempoHz, heightM } = this.#store.state;
-    if (file) return new FromFront(Motion.fromFile(file.bytes, avatar));
+    if (file) return Motion.fromFile(file.bytes, avatar).turnToFront();
     if (truth) return Motion.fromPoses(truth.poses, truth.rateHz, avatar, truth.name);
     const choice = findMotion(motion);
     if (!choice) return new ByHand(avatar);

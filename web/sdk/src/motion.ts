@@ -275,6 +275,20 @@ export class Motion {
     return out;
   }
 
+  /**
+   * Turns the motion about the vertical through the origin so that the body faces +Z at its beginning, half a
+   * second after the first frame, as the procedural motions do: a file may begin with its back to the camera, and
+   * its first frame is often of a calibration. A body that lies then keeps its direction.
+   *
+   * @returns this motion
+   */
+  turnToFront(): this {
+    const raw = this.#raw;
+    if (!raw) throw new DynaSkinError("disposed", "This motion was used after dispose().");
+    this.#core.guard(() => raw.turnToFront());
+    return this;
+  }
+
   /** Frees the motion's memory. May be called again. */
   dispose(): void {
     this.#core.free(this.#raw);

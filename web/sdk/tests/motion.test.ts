@@ -229,6 +229,38 @@ describe("poseAt", () => {
     expect(motion.poseAt(99)).toEqual(motion.poseAt(motion.durationSeconds));
   });
 
+  it("turns to the front, in place and as a whole", () => {
+    const facing = Motion.procedural("walk", avatar);
+    const frames = Math.floor(facing.durationSeconds * 60) + 1;
+    const [sin, cos] = [Math.sin(2), Math.cos(2)];
+    const turnedPoses = new Float64Array(frames * POSE_LENGTH);
+    for (let frame = 0; frame < frames; frame += 1) {
+      const pose = facing.poseAt(frame / 60);
+      const [x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 1] = pose;
+      const [half, rest] = [Math.sin(1), Math.cos(1)];
+      pose.set([cos * x + sin * z, y, cos * z - sin * x]);
+      pose.set(
+        [
+          rest * qx + half * qz,
+          rest * qy + half * qw,
+          rest * qz - half * qx,
+          rest * qw - half * qy,
+        ],
+        3,
+      );
+      turnedPoses.set(pose, frame * POSE_LENGTH);
+    }
+    const away = Motion.fromPoses(turnedPoses, 60, avatar, "away");
+    expect(away.poseAt(1)).not.toEqual(facing.poseAt(1));
+    expect(away.turnToFront()).toBe(away);
+    for (const seconds of [0, 0.5, 1.234, 7]) {
+      const [got, wanted] = [away.poseAt(seconds), facing.turnToFront().poseAt(seconds)];
+      for (const [idx, value] of wanted.entries()) expect(got[idx]).toBeCloseTo(value, 6);
+    }
+    facing.dispose();
+    expect(() => facing.turnToFront()).toThrow("after dispose()");
+  });
+
   it("refuses an array of the wrong length, and use after dispose", async () => {
     const motion = Motion.procedural("walk", avatar);
     await expectError("argument", () => motion.poseAt(0, new Float64Array(3)));
