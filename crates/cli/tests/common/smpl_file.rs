@@ -12,6 +12,7 @@ pub struct Made {
     pub joints_m: [Vec3; JOINT_COUNT],
     pub parents: Vec<i64>,
     pub has_pose_dirs: bool,
+    pub smooth_pose_dirs: bool,
 }
 
 impl Made {
@@ -22,7 +23,28 @@ impl Made {
             joints_m: body.joint_template_m,
             parents: Joint::ALL.iter().map(parent).collect(),
             has_pose_dirs: true,
+            smooth_pose_dirs: false,
         }
+    }
+
+    /// Pose correctives that vary smoothly over the skin around each joint, as those of real bodies do, instead of
+    /// from vertex to vertex.
+    #[allow(dead_code, reason = "not all tests need it")]
+    pub fn with_smooth_pose_dirs(mut self) -> Self {
+        self.smooth_pose_dirs = true;
+        self
+    }
+
+    /// What the rotation matrix entry `field` of all joints but the root moves a coordinate by, in metres.
+    fn pose_dir_m(&self, vertex: usize, axis: usize, field: usize, fields: usize) -> f32 {
+        if !self.smooth_pose_dirs {
+            let at = (3 * vertex + axis) * fields + field;
+            return 0.004 * (at as f32 * 0.618_034).sin();
+        }
+        let joint_m = self.joints_m[(field / 9 + 1).min(JOINT_COUNT - 1)];
+        let distance_m = self.template_m[vertex].distance(joint_m);
+        let direction = (field as f32 * 2.4 + axis as f32).sin();
+        0.006 * (-(distance_m / 0.1).powi(2)).exp() * direction
     }
 
     /// As many joints as SMPL-H has: fifteen on each wrist instead of a hand.
@@ -70,7 +92,7 @@ impl Made {
         if self.has_pose_dirs {
             let fields = 9 * (joints - 1);
             let poses: Vec<f32> = (0..n * 3 * fields)
-                .map(|idx| 0.004 * (idx as f32 * 0.618_034).sin())
+                .map(|at| self.pose_dir_m(at / fields / 3, at / fields % 3, at % fields, fields))
                 .collect();
             writer.array("posedirs", &[n, 3, fields], &poses).unwrap();
         }

@@ -46,7 +46,8 @@ pub struct PlayArgs {
     /// Width and height of a video in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 720, value_parser = clap::value_parser!(u32).range(64..=2160))]
     size: u32,
-    /// View of a video in degrees about the vertical: 0 from the front, 90 from the body's left.
+    /// View of a video in degrees about the vertical: 0 from the front of the body at its beginning, 90 from its
+    /// left.
     #[arg(
         long,
         value_name = "DEGREES",
@@ -85,7 +86,11 @@ pub fn run(args: &PlayArgs) -> anyhow::Result<()> {
     if args.plain {
         avatar.set_enabled(false);
     }
-    let clip = clip(args, &avatar)?;
+    let mut clip = clip(args, &avatar)?;
+    // Meshes stay where the file has them.
+    if is_video(&args.out) {
+        clip.turn_to_front();
+    }
     let count = (clip.duration_seconds() * args.fps) as usize + 1;
     ensure!(
         count <= MOST_FRAMES,
