@@ -270,7 +270,7 @@ const BAD_FILES: [string, string | Uint8Array, RegExp][] = [
   ["film.mp4", "\0\0\0\x20ftypisom", /a video.*pose estimator/],
   ["nothing.bvh", "", /The file is empty/],
   ["cut.glb", (await hopGlb()).slice(0, 3000), /GLB, container.*the file is cut off/],
-  ["cut.npz", hopNpz().slice(0, 3000), /Motion \.npz: not an archive/],
+  ["cut.npz", hopNpz().slice(0, 3000), /Motion \.npz: it is an archive that is cut off/],
   ["truncated.bvh", hopFile().slice(0, hopFile().indexOf("Frame Time:") + 40), /truncated/],
   ["nobody.bvh", hopFile().replaceAll(/(Left|Right|Hips|Spine)/g, "Box"), /joint/i],
   ["far-at-once.bvh", farAway(0), /Frame \d+: the body is .* m from where it starts/],

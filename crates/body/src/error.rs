@@ -18,7 +18,7 @@ pub enum BodyError {
     /// A SMPL-family file is no readable `.npz` archive, or an array in it is missing or has another
     /// type, shape or content.
     #[cfg(feature = "smpl")]
-    #[error("body .npz: {0}")]
+    #[error("body as .npz: {0}")]
     Npz(#[from] dynaskin_npz::NpzError),
     /// A SMPL-family file is a Python pickle, as they are published.
     #[cfg(feature = "smpl")]

@@ -383,6 +383,22 @@ fn headers_that_lie_are_refused() {
 }
 
 #[test]
+fn joints_that_are_no_means_of_vertices_are_refused() {
+    for factor in [0.0, 2.0] {
+        let mut file = file();
+        for weight in &mut file.regressor.values[3 * N_VERTICES..4 * N_VERTICES] {
+            *weight *= factor;
+        }
+        let bytes = archive(&entries(&file, Storage::DoubleC));
+        let text = BodyModel::from_smpl_npz(&bytes).unwrap_err().to_string();
+        assert!(
+            text.contains("sum to 1") && text.contains("joint 3"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
 fn what_is_no_archive_is_refused() {
     for bytes in [&b""[..], b"PK", b"no archive"] {
         let error = BodyModel::from_smpl_npz(bytes).unwrap_err();

@@ -1,6 +1,10 @@
 //! The `dynaskin` command.
 
 mod commands;
+mod told;
+
+use std::io::Write as _;
+use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
 
@@ -57,7 +61,16 @@ enum Command {
     Completions(commands::completions::CompletionsArgs),
 }
 
-fn main() -> anyhow::Result<()> {
+fn main() -> ExitCode {
+    let Err(error) = run() else {
+        return ExitCode::SUCCESS;
+    };
+    // Nobody may be reading.
+    let _ = writeln!(std::io::stderr(), "Error: {}", told::sentence(&error));
+    ExitCode::FAILURE
+}
+
+fn run() -> anyhow::Result<()> {
     match Cli::parse().command {
         Command::Play(args) => commands::play::run(&args),
         Command::Body(command) => commands::body::run(&command),

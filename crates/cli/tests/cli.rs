@@ -219,6 +219,163 @@ fn what_is_missing_is_named() {
 }
 
 #[test]
+fn refusals_are_one_plain_sentence_that_names_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let body = female_body();
+    let body = body.to_str().unwrap();
+    let (missing, text, zip) = (at("missing"), at("text"), at("cut.npz"));
+    fs::write(&text, b"\xff\xfe no body").unwrap();
+    fs::write(&zip, b"PK\x03\x04 cut off").unwrap();
+    let here = folder.path().to_str().unwrap();
+    let model = Path::new(body)
+        .parent()
+        .unwrap()
+        .to_str()
+        .unwrap()
+        .to_owned();
+    let meshes = at("meshes");
+    let none = "there is no such file or folder";
+    let cases: &[(&[&str], &str, &str)] = &[
+        (
+            &["body", "import", &missing, "--out", here, "--no-regions"],
+            &missing,
+            none,
+        ),
+        (
+            &["body", "import", here, "--out", here, "--no-regions"],
+            here,
+            "it is a folder",
+        ),
+        (
+            &["body", "import", &zip, "--out", here, "--no-regions"],
+            &zip,
+            "cut off or damaged",
+        ),
+        (&["bind", &missing, "--body", body], &missing, none),
+        (
+            &["simulate", "--body", &missing, "--out", here],
+            &missing,
+            none,
+        ),
+        (
+            &["simulate", "--body", &text, "--out", here],
+            &text,
+            "is no GLB file",
+        ),
+        (
+            &[
+                "simulate", "--body", body, "--out", here, "--mocap", &missing,
+            ],
+            &missing,
+            none,
+        ),
+        (
+            &["fit", "--body", body, "--scans", &missing, "--list"],
+            &missing,
+            none,
+        ),
+        (
+            &["fit", "--body", &zip, "--scans", here, "--list"],
+            &zip,
+            "cut off or damaged",
+        ),
+        (
+            &[
+                "fit-all", "--body", body, "--scans", &missing, "--rate", "60", "--out", here,
+            ],
+            &missing,
+            none,
+        ),
+        (
+            &["train", "--body", body, "--data", &missing, "--out", here],
+            &missing,
+            none,
+        ),
+        (
+            &["train", "--body", body, "--data", &text, "--out", here],
+            &text,
+            "a file stands where",
+        ),
+        (
+            &["train", "--body", &text, "--data", here, "--out", here],
+            &text,
+            "is no GLB file",
+        ),
+        (
+            &["evaluate", "--model", &missing, "--data", here],
+            &missing,
+            none,
+        ),
+        (
+            &["evaluate", "--model", &text, "--data", here],
+            &text,
+            "a file stands where",
+        ),
+        (
+            &[
+                "reproduce",
+                "casas-fig5",
+                "--subspaces",
+                &missing,
+                "--out",
+                "none.html",
+            ],
+            &missing,
+            none,
+        ),
+        (
+            &[
+                "reproduce",
+                "casas-fig5",
+                "--subspaces",
+                &text,
+                "--out",
+                "none.html",
+            ],
+            &text,
+            "it is no text",
+        ),
+        (
+            &["reproduce", "parameters", "--out", here],
+            here,
+            "it is a folder",
+        ),
+        (&["slim", &missing], &missing, none),
+        (
+            &["play", &missing, "--body", &model, "--out", &meshes],
+            &missing,
+            none,
+        ),
+    ];
+    for (arguments, place, words) in cases {
+        let output = Command::new(env!("CARGO_BIN_EXE_dynaskin"))
+            .current_dir(folder.path())
+            // What a developer's shell may have set is no news to a user.
+            .env("RUST_BACKTRACE", "1")
+            .args(*arguments)
+            .output()
+            .unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
+        assert_eq!(
+            error.trim_end().lines().count(),
+            1,
+            "{arguments:?}: {error}"
+        );
+        for word in [place, *words] {
+            assert!(
+                error.contains(word),
+                "`{word}` is missing in {arguments:?}: {error}"
+            );
+        }
+        for jargon in ["os error", "EOCD", "Caused by", "backtrace"] {
+            assert!(!error.contains(jargon), "{arguments:?}: {error}");
+        }
+    }
+}
+
+#[test]
 fn a_reader_that_closes_the_pipe_does_not_matter() {
     let body = female_body();
     let mut child = Command::new(env!("CARGO_BIN_EXE_dynaskin"))

@@ -244,8 +244,44 @@ fn captures_of_several_people_are_listed_fitted_and_gone_on_with() {
     assert_eq!(fs::metadata(&kept).unwrap().modified().unwrap(), before);
     refused(
         &dynaskin("fit-all", &[&two[..], &["--own-surface"]].concat()),
-        &["other settings", "--out"],
+        &[
+            "other settings (own-surface: false; now own-surface: true)",
+            "--out",
+        ],
     );
+}
+
+#[test]
+fn settings_of_which_no_fit_came_keep_nobody_from_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("scans");
+    fs::create_dir(&scans).unwrap();
+    write_scans(&scans.join("anna_arm.npz"), &body());
+    let out = folder.path().join("fits");
+    let [scans, out] = [&scans, &out].map(|path| path.to_str().unwrap());
+    let usual = ["--scans", scans, "--out", out, "--joints", "body"];
+    refused(
+        &dynaskin("fit-all", &[&usual[..], &["--rate", "0"]].concat()),
+        &["--rate", "expected 1 to 1000"],
+    );
+    assert!(!Path::new(out).exists());
+    let usual = [&usual[..], &["--rate", "60"]].concat();
+    refused(
+        &dynaskin("fit-all", &[&usual[..], &["--unit", "m"]].concat()),
+        &["anna_arm", "--unit"],
+    );
+    let text = printed(&dynaskin("fit-all", &usual));
+    assert!(text.contains("sequences in millimetres, z up: 1"), "{text}");
+    assert!(text.contains("1 of 1 sequences"), "{text}");
+    refused(
+        &dynaskin("fit-all", &[&usual[..], &["--unit", "mm"]].concat()),
+        &["unit: as found; now unit: mm"],
+    );
+    let list = ["--scans", scans, "--list"];
+    assert!(printed(&dynaskin("fit", &list)).contains("anna_arm.npz"));
+    let one = format!("{scans}/anna_arm.npz");
+    let list = ["--scans", one.as_str(), "--list"];
+    assert!(printed(&dynaskin("fit", &list)).contains("anna_arm.npz 3 frames"));
 }
 
 /// Names and contents of the files of a folder and the folders in it.
@@ -485,7 +521,23 @@ fn what_cannot_be_fitted_is_told() {
     );
     refused(
         &fit(scans, &["--unit", "mm", "--up", "z", "--rate", "0"]),
-        &["the frame rate", "1 to 1000 Hz"],
+        &["--rate", "expected 1 to 1000"],
+    );
+    refused(
+        &fit(scans, &[&usual[..], &["--jobs", "1000000"]].concat()),
+        &["--jobs"],
+    );
+    // Before the minutes of a fit.
+    let into_folder = ["--scans", scans, "--out", here, "--overwrite"];
+    refused(
+        &dynaskin("fit", &[&into_folder[..], &usual].concat()),
+        &[here, "it is a folder"],
+    );
+    let below_file = format!("{scans}/fit.npz");
+    let into_file = ["--scans", scans, "--out", below_file.as_str()];
+    refused(
+        &dynaskin("fit", &[&into_file[..], &usual].concat()),
+        &["scans.npz", "file"],
     );
     refused(&fit(here, &usual), &["no .obj or .ply"]);
     refused(

@@ -150,6 +150,11 @@ fn figures_of_the_papers_stand_beside_theirs() {
     reproduce("casas-fig7", &["--data", &data], &["needs --model"]);
     reproduce("casas-fig7", &["--model", &casas], &["needs --data"]);
     reproduce("casas-fig5", &[], &["needs --subspaces"]);
+    let folder = folder.path().to_str().unwrap();
+    refused(
+        &["reproduce", "parameters", "--out", folder],
+        &[folder, "it is a folder"],
+    );
     let learned = [&with_body[..], &["--clip", "hop-190-090__s0"]].concat();
     reproduce("dsnet-fig8", &learned, &["hop-190-090__s0 is not among"]);
     assert!(!Path::new("none.html").exists());

@@ -4,16 +4,18 @@
 //! leave half a file, or files of two runs side by side.
 
 mod lock;
+mod reason;
 mod replace;
 
 pub use lock::FolderLock;
-pub use replace::{Replacement, remove_leftovers, replace, replace_all, write_first};
+pub use reason::reason;
+pub use replace::{Replacement, check_place, remove_leftovers, replace, replace_all, write_first};
 
 use std::path::{Path, PathBuf};
 
 /// A file or a folder that the operating system refused.
 #[derive(Debug, thiserror::Error)]
-#[error("{path}: {action} failed: {source}")]
+#[error("{path}: {action} failed: {}", reason(source))]
 pub struct FileError {
     /// The file or folder.
     pub path: PathBuf,

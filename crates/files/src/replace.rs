@@ -101,6 +101,22 @@ impl Replacement {
     }
 }
 
+/// Makes sure that a file can be written at `path`, before the hours that its contents take: makes its folder,
+/// and refuses a folder in its place and one that cannot be written into.
+///
+/// # Errors
+/// [`FileError`].
+pub fn check_place(path: &Path) -> Result<(), FileError> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(FileError::io(folder, "making the folder"))?;
+    }
+    if path.is_dir() {
+        let source = std::io::Error::from(ErrorKind::IsADirectory);
+        return Err(FileError::io(path, "writing")(source));
+    }
+    Replacement::create(path).map(drop)
+}
+
 /// Writes a file whole or not at all.
 ///
 /// # Errors
@@ -224,6 +240,21 @@ mod tests {
         assert!(error.to_string().contains("nowhere"), "{error}");
         assert_eq!(fs::read_to_string(&first).unwrap(), "old");
         assert_eq!(names(folder.path()), ["first"]);
+    }
+
+    #[test]
+    fn places_are_checked_before_anything_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("new/file");
+        check_place(&place).unwrap();
+        assert_eq!(names(&folder.path().join("new")), [] as [&str; 0]);
+        fs::write(&place, "old").unwrap();
+        check_place(&place).unwrap();
+        assert_eq!(fs::read_to_string(&place).unwrap(), "old");
+        let error = check_place(&folder.path().join("new")).unwrap_err();
+        assert!(error.to_string().contains("it is a folder"), "{error}");
+        let error = check_place(&place.join("below")).unwrap_err();
+        assert!(error.to_string().contains("file"), "{error}");
     }
 
     #[test]

@@ -55,12 +55,13 @@ pub enum FitError {
     Hdf5(#[from] Hdf5Error),
     /// An HDF5 file holds other things.
     #[error(
-        "{path} holds no sequence: expected data sets of floats, [vertices, 3, frames], and found {found}"
+        "{path} holds no sequence: expected data sets of 32 or 64-bit floats, [vertices, 3, frames], and found \
+         {found}; where it is something else, take it out of the folder"
     )]
     NoSequences {
         /// The file.
         path: PathBuf,
-        /// Names and shapes of its data sets.
+        /// Names, shapes and elements of its data sets.
         found: String,
     },
     /// An HDF5 file holds several sequences.
@@ -116,13 +117,12 @@ pub enum FitError {
         /// The file or folder.
         path: PathBuf,
     },
-    /// A folder holds the frames of one sequence.
+    /// A folder holds the frames of one sequence, or a file is one.
     #[error(
-        "{path} holds mesh files, so it is one sequence; give the folder that it is in, or fit it alone \
-         with `dynaskin fit`"
+        "{path} is one sequence; give the folder that it is in, or fit it alone with `dynaskin fit`"
     )]
     OneSequence {
-        /// The folder.
+        /// The folder or file.
         path: PathBuf,
     },
     /// The name of a capture does not say whose it is.
@@ -133,15 +133,29 @@ pub enum FitError {
         /// The name.
         name: String,
     },
-    /// Two captures have the same name.
-    #[error("{first} and {second} both hold a sequence `{name}`; rename one")]
-    SameName {
+    /// The name of a capture cannot be that of a file.
+    #[error(
+        "{path}: {name:?} cannot name the files of its fit: it {problem}; rename the sequence PERSON_MOTION, \
+         such as 50002_hips"
+    )]
+    BadName {
+        /// The file or folder.
+        path: PathBuf,
         /// The name.
         name: String,
-        /// A file or folder.
-        first: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Two captures would have the same files.
+    #[error(
+        "{first} and {second} would have the same files, because names count as the same where only capitals or \
+         underscores differ; rename one"
+    )]
+    SameName {
+        /// A file or folder, and its data set.
+        first: String,
         /// The other.
-        second: PathBuf,
+        second: String,
     },
     /// All sequences of a person begin far from rest.
     #[error(
@@ -172,13 +186,43 @@ pub enum FitError {
     /// The up axis of scans cannot be found.
     #[error(
         "{path}: the trunk stands along {trunk:.2} in the first frame, which is none of +y, +z and -y; say \
-         with --up which axis points up"
+         with --up which axis points up, or turn the scans until one of these does"
     )]
     UpUnknown {
         /// The file or folder.
         path: PathBuf,
         /// Direction from the pelvis to the neck, of length 1.
         trunk: Vec3,
+    },
+    /// All vertices of a frame lie in one place.
+    #[error(
+        "{path}, frame {frame}: all vertices lie in one place, as where nothing was written; repair or leave out \
+         the frame"
+    )]
+    Collapsed {
+        /// The file or folder.
+        path: PathBuf,
+        /// Frame, counted from 0.
+        frame: usize,
+    },
+    /// Left and right are changed.
+    #[error(
+        "{path}: the first frame is the body's mirror image, as where a left-handed world was taken for a \
+         right-handed one; turn the sign of one coordinate"
+    )]
+    Mirrored {
+        /// The file or folder.
+        path: PathBuf,
+    },
+    /// The faces are others than the body's.
+    #[error(
+        "{path}: {problem}; scans must be registered to the body's mesh (same vertices in the same order)"
+    )]
+    Faces {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with which face.
+        problem: String,
     },
     /// The mesh is another than the body's.
     #[error(
@@ -219,6 +263,21 @@ pub enum FitError {
         /// The value.
         value: f32,
     },
+    /// A vertex is far from all others.
+    #[error(
+        "{path}, frame {frame}, vertex {vertex}: it lies {distance_m:.3e} m from the body, which is no position; \
+         repair or leave out the frame"
+    )]
+    FarAway {
+        /// The file or folder.
+        path: PathBuf,
+        /// Frame, counted from 0.
+        frame: usize,
+        /// Vertex, counted from 0.
+        vertex: usize,
+        /// Distance from the median vertex in metres.
+        distance_m: f32,
+    },
     /// A frame is no body in size.
     #[error(
         "{path}, frame {frame}: the mesh is {size_m:.3} m large, expected 0.5 to 4 m; say with --unit \
@@ -246,8 +305,11 @@ pub enum FitError {
         limit_m: f64,
     },
     /// There are no frames.
-    #[error("the sequence has no frames, expected at least one")]
-    NoFrames,
+    #[error("{path} has no frames, expected at least one")]
+    NoFrames {
+        /// The file or folder.
+        path: PathBuf,
+    },
     /// The body model is not one that can be fitted.
     #[error("the body cannot be fitted: {reason}")]
     Body {

@@ -28,7 +28,7 @@ pub use check::{Case, CaseReport, CheckOptions, check_fit};
 pub use error::FitError;
 pub use joints::{JointFrames, Joints};
 pub use output::ClipBuilder;
-pub use people::{Capture, REST_DEGREES, captures, nearest_to_rest, turned_degrees};
+pub use people::{Capture, REST_DEGREES, captures, holds_meshes, nearest_to_rest, turned_degrees};
 pub use problem::Objective;
 pub use rigidity::Rigidity;
 pub use scans::{MeshKind, ScanOptions, ScanUnit, Scans, Sequence, is_hdf5, sequences};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use dynaskin_body::{BodyModel, Joint};
 use glam::DQuat;
 
-use crate::scans::{is_hdf5, sequences};
+use crate::scans::{is_hdf5, is_hidden, sequences};
 use crate::start::{Parts, pose_by_parts};
 use crate::{FitError, Scans};
 
@@ -32,6 +32,13 @@ pub struct Capture {
 
 impl Capture {
     fn new(path: &Path, name: &str, sequence: Option<&str>) -> Result<Self, FitError> {
+        if let Some(problem) = problem_of(name) {
+            return Err(FitError::BadName {
+                path: path.to_owned(),
+                name: name.to_owned(),
+                problem,
+            });
+        }
         match name.split_once('_') {
             Some((person, motion)) if !person.is_empty() && !motion.is_empty() => Ok(Self {
                 name: name.to_owned(),
@@ -46,6 +53,38 @@ impl Capture {
             }),
         }
     }
+
+    /// Where it is, for messages.
+    fn place(&self) -> String {
+        match &self.sequence {
+            Some(sequence) => format!("{}, data set `{sequence}`,", self.path.display()),
+            None => self.path.display().to_string(),
+        }
+    }
+}
+
+/// Longest name of a sequence in bytes: file systems take 255, with endings and what is put beside.
+const MAX_NAME_BYTES: usize = 120;
+/// What file systems and shells take for something else.
+const ODD: &str = "/\\:*?\"<>|";
+
+/// Why a name cannot be that of a file.
+fn problem_of(name: &str) -> Option<String> {
+    if let Some(odd) = name.chars().find(|c| c.is_control() || ODD.contains(*c)) {
+        return Some(format!("has the character {odd:?}"));
+    }
+    if name.starts_with(['.', '-']) {
+        return Some("begins with a dot or a dash".to_owned());
+    }
+    let length = name.len();
+    (length > MAX_NAME_BYTES).then(|| format!("has {length} bytes, at most {MAX_NAME_BYTES}"))
+}
+
+/// What a name is on a file system that does not tell capitals apart, and in the names of clips, which cannot have
+/// several underscores in a row.
+fn file_key(name: &str) -> String {
+    let parts: Vec<&str> = name.split('_').filter(|part| !part.is_empty()).collect();
+    parts.join("_").to_lowercase()
 }
 
 /// The sequences of an HDF5 file, or those of a folder: data sets of its HDF5 files, its `.npz` files, and
@@ -62,6 +101,9 @@ pub fn captures(path: &Path, body: &BodyModel) -> Result<Vec<Capture>, FitError>
         }
     } else if is_hdf5(path)? {
         add_data_sets(path, body, &mut found)?;
+    } else if ends_with(path, &["npz"]) {
+        let path = path.to_owned();
+        return Err(FitError::OneSequence { path });
     }
     if found.is_empty() {
         return Err(FitError::NoCaptures {
@@ -69,14 +111,22 @@ pub fn captures(path: &Path, body: &BodyModel) -> Result<Vec<Capture>, FitError>
         });
     }
     found.sort_by(|a, b| a.name.cmp(&b.name));
-    match found.windows(2).find(|pair| pair[0].name == pair[1].name) {
-        None => Ok(found),
-        Some(pair) => Err(FitError::SameName {
-            name: pair[0].name.clone(),
-            first: pair[0].path.clone(),
-            second: pair[1].path.clone(),
-        }),
+    check_names(&found)?;
+    Ok(found)
+}
+
+/// Refuses captures whose files would be the same.
+fn check_names(captures: &[Capture]) -> Result<(), FitError> {
+    let mut keys: BTreeMap<String, &Capture> = BTreeMap::new();
+    for capture in captures {
+        if let Some(first) = keys.insert(file_key(&capture.name), capture) {
+            return Err(FitError::SameName {
+                first: first.place(),
+                second: capture.place(),
+            });
+        }
     }
+    Ok(())
 }
 
 fn listing(folder: &Path) -> Result<Vec<PathBuf>, FitError> {
@@ -86,8 +136,9 @@ fn listing(folder: &Path) -> Result<Vec<PathBuf>, FitError> {
         source,
     };
     let entries = fs::read_dir(folder).map_err(io)?;
-    entries
-        .map(|entry| entry.map(|entry| entry.path()).map_err(io))
+    let paths = entries.map(|entry| entry.map(|entry| entry.path()).map_err(io));
+    paths
+        .filter(|path| !path.as_ref().is_ok_and(|path| is_hidden(path)))
         .collect()
 }
 
@@ -100,7 +151,7 @@ fn add_entry(
     let name =
         |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     if entry.is_dir() {
-        if listing(entry)?.iter().any(|path| is_mesh(path)) {
+        if holds_meshes(entry)? {
             found.push(Capture::new(entry, &name(entry.file_name()), None)?);
         }
     } else if is_mesh(entry) {
@@ -121,6 +172,14 @@ fn add_data_sets(path: &Path, body: &BodyModel, found: &mut Vec<Capture>) -> Res
         found.push(Capture::new(path, name, Some(&sequence.name))?);
     }
     Ok(())
+}
+
+/// Whether a folder holds mesh files, the frames of one sequence.
+///
+/// # Errors
+/// [`FitError::Io`].
+pub fn holds_meshes(folder: &Path) -> Result<bool, FitError> {
+    Ok(listing(folder)?.iter().any(|path| is_mesh(path)))
 }
 
 fn is_mesh(path: &Path) -> bool {

@@ -18,6 +18,7 @@ use glam::{Quat, Vec3};
 
 use crate::FitError;
 pub use folder::MeshKind;
+pub(crate) use folder::is_hidden;
 pub use hdf5_file::{Sequence, is_hdf5, sequences};
 use source::Source;
 
@@ -25,6 +26,10 @@ use source::Source;
 const SIZES_M: std::ops::RangeInclusive<f32> = 0.5..=4.0;
 /// Frames that are read at a time where nothing is done with them but to check them.
 const CHECKED_FRAMES: usize = 128;
+/// Smaller than any error of a scan, in metres.
+const COLLAPSED_M: f32 = 1e-6;
+/// Farther from the body than any stray vertex that still says something, in metres.
+const FAR_AWAY_M: f32 = 10.0;
 
 /// Unit of a scan's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +93,11 @@ pub struct Scans<'b> {
     pub up: UpAxis,
     /// What was detected and not given, for people to check.
     pub notes: Vec<String>,
+    /// What may be wrong without being refused, such as frames that are missing.
+    pub doubts: Vec<String>,
     y_up_from_world: Quat,
+    /// Read several times, and by whoever opens scans.
+    first_m: Vec<Vec3>,
     source: Source<'b>,
 }
 
@@ -105,7 +114,9 @@ impl<'b> Scans<'b> {
         if !path.is_dir() && is_hdf5(path)? {
             let opened = hdf5_file::open(path, body, options.sequence.as_deref())?;
             let source = Source::Hdf5(Box::new(opened.frames));
-            return Self::from_source(opened.place, body, source, options, opened.notes);
+            let mut scans = Self::from_source(opened.place, body, source, options, opened.notes)?;
+            scans.doubts = opened.doubts;
+            return Ok(scans);
         }
         if let Some(sequence) = &options.sequence {
             return Err(FitError::Parameter {
@@ -114,12 +125,15 @@ impl<'b> Scans<'b> {
                 expected: "none: only HDF5 files have sequences to choose from",
             });
         }
-        let source = if path.is_dir() {
+        let (source, doubts) = if path.is_dir() {
             Source::folder(path, body)?
         } else {
-            Source::Memory(npz_file::read(path, body, &options.key)?)
+            let positions = npz_file::read(path, body, &options.key)?;
+            (Source::Memory(positions), Vec::new())
         };
-        Self::from_source(path.to_owned(), body, source, options, Vec::new())
+        let mut scans = Self::from_source(path.to_owned(), body, source, options, Vec::new())?;
+        scans.doubts = doubts;
+        Ok(scans)
     }
 
     /// Scans from positions `[frame][vertex]` in the options' unit and axes. `path` only names them
@@ -158,9 +172,11 @@ impl<'b> Scans<'b> {
     ) -> Result<Self, FitError> {
         let vertex_count = body.vertex_count();
         if source.frame_count(vertex_count) == 0 {
-            return Err(FitError::NoFrames);
+            return Err(FitError::NoFrames { path });
         }
         let first = source.read(0..1, vertex_count)?;
+        // Before the unit is looked for in what is no number.
+        check_finite(&path, 0, &first)?;
         let unit = match options.unit {
             Some(unit) => unit,
             None => found::unit(&path, body, &first, &mut notes)?,
@@ -169,17 +185,22 @@ impl<'b> Scans<'b> {
             Some(up) => up,
             None => found::up(&path, body, &first, &mut notes)?,
         };
-        let scans = Self {
+        let mut scans = Self {
             path,
             rate_hz: options.rate_hz,
             vertex_count,
             unit,
             up,
             notes,
+            doubts: Vec::new(),
             y_up_from_world: up.y_up_from_world().as_quat(),
+            first_m: Vec::new(),
             source,
         };
-        scans.frames_m(0..1)?;
+        let mut first_m = first;
+        scans.finish_frame(0, &mut first_m)?;
+        found::not_mirrored(&scans.path, body, &first_m)?;
+        scans.first_m = first_m;
         Ok(scans)
     }
 
@@ -202,6 +223,9 @@ impl<'b> Scans<'b> {
     /// # Panics
     /// If the frames are not within [`Self::frame_count`].
     pub fn frames_m(&self, frames: Range<usize>) -> Result<Vec<Vec3>, FitError> {
+        if frames == (0..1) {
+            return Ok(self.first_m.clone());
+        }
         let mut positions = self.source.read(frames.clone(), self.vertex_count)?;
         for (frame, positions) in frames.zip(positions.chunks_exact_mut(self.vertex_count)) {
             self.finish_frame(frame, positions)?;
@@ -247,21 +271,35 @@ impl<'b> Scans<'b> {
     fn finish_frame(&self, frame: usize, positions: &mut [Vec3]) -> Result<(), FitError> {
         let metres = self.unit.metres();
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for (vertex, position) in positions.iter_mut().enumerate() {
-            if let Some(value) = position.to_array().into_iter().find(|x| !x.is_finite()) {
-                return Err(FitError::NotFinite {
-                    path: self.path.clone(),
-                    frame,
-                    vertex,
-                    value,
-                });
-            }
+        check_finite(&self.path, frame, positions)?;
+        for position in positions.iter_mut() {
             *position = self.y_up_from_world * (*position * metres);
             (low, high) = (low.min(*position), high.max(*position));
         }
         let size_m = low.distance(high);
+        if size_m < COLLAPSED_M {
+            let path = self.path.clone();
+            return Err(FitError::Collapsed { path, frame });
+        }
+        let middle_m = median(positions);
+        let far = (positions.iter().enumerate())
+            .map(|(vertex, position)| (vertex, position.distance(middle_m)))
+            // Of numbers whose squares are beyond all bounds the distance is infinite.
+            .find(|(_, distance_m)| *distance_m > FAR_AWAY_M);
+        // Where most are far from the middle the unit is wrong, not a vertex.
+        let extent_m = median_extent_m(positions, middle_m);
+        if let Some((vertex, distance_m)) = far
+            && extent_m <= *SIZES_M.end()
+        {
+            return Err(FitError::FarAway {
+                path: self.path.clone(),
+                frame,
+                vertex,
+                distance_m,
+            });
+        }
         // A few stray vertices may widen the box; the fit bears them.
-        if size_m < *SIZES_M.start() || median_extent_m(positions) > *SIZES_M.end() {
+        if size_m < *SIZES_M.start() || extent_m > *SIZES_M.end() {
             return Err(FitError::Size {
                 path: self.path.clone(),
                 frame,
@@ -272,16 +310,35 @@ impl<'b> Scans<'b> {
     }
 }
 
+/// The median vertex.
+fn median(positions: &[Vec3]) -> Vec3 {
+    Vec3::from_array(std::array::from_fn(|axis| {
+        median_of(positions.iter().map(|p| p[axis]).collect())
+    }))
+}
+
 /// Twice the median distance from the median vertex: a size that stray vertices do not change.
-fn median_extent_m(positions_m: &[Vec3]) -> f32 {
-    let median = |values: &mut Vec<f32>| {
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f32::total_cmp).1
-    };
-    let middle_m = Vec3::from_array(std::array::from_fn(|axis| {
-        median(&mut positions_m.iter().map(|p| p[axis]).collect())
-    }));
-    2.0 * median(&mut positions_m.iter().map(|p| p.distance(middle_m)).collect())
+fn median_extent_m(positions_m: &[Vec3], middle_m: Vec3) -> f32 {
+    2.0 * median_of(positions_m.iter().map(|p| p.distance(middle_m)).collect())
+}
+
+fn median_of(mut values: Vec<f32>) -> f32 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+fn check_finite(path: &Path, frame: usize, positions: &[Vec3]) -> Result<(), FitError> {
+    for (vertex, position) in positions.iter().enumerate() {
+        if let Some(value) = position.to_array().into_iter().find(|x| !x.is_finite()) {
+            return Err(FitError::NotFinite {
+                path: path.to_owned(),
+                frame,
+                vertex,
+                value,
+            });
+        }
+    }
+    Ok(())
 }
 
 fn check_rate(rate_hz: f64) -> Result<(), FitError> {

@@ -211,7 +211,12 @@ fn files_that_hold_no_captures_are_refused_in_a_sentence() {
         &path,
         &body,
         &options(""),
-        &["captures.hdf5", "no sequence", "image [9, 4]", "faces"],
+        &[
+            "captures.hdf5",
+            "no sequence",
+            "image [9, 4] of 32-bit floats",
+            "faces",
+        ],
     );
     // The right numbers of vertices, in another order: the faces tell.
     let mut other = body.faces.clone();
@@ -224,6 +229,31 @@ fn files_that_hold_no_captures_are_refused_in_a_sentence() {
     ];
     let path = write(folder.path(), sets);
     refused(&path, &body, &options("a"), &["`faces`", "face 7"]);
+
+    // MATLAB counts from 1, and a corner below 0 is none.
+    let from_1: Vec<u32> = body.faces.iter().flatten().map(|v| v + 1).collect();
+    let sets = [
+        data("a", &[n, 3, 4], &four),
+        data("faces", &[body.faces.len(), 3], &from_1),
+    ];
+    let path = write(folder.path(), sets);
+    check_frames(
+        &Scans::open(&path, &body, &options("a")).unwrap(),
+        &frames(&body, 4),
+    );
+    let mut below: Vec<i32> = body.faces.iter().flatten().map(|v| *v as i32).collect();
+    below[16] = -3;
+    let sets = [
+        data("a", &[n, 3, 4], &four),
+        data("faces", &[body.faces.len(), 3], &below),
+    ];
+    let path = write(folder.path(), sets);
+    refused(
+        &path,
+        &body,
+        &options("a"),
+        &["`faces`", "names vertex -3", "6890"],
+    );
 
     fs::write(&path, "not a capture").unwrap();
     refused(

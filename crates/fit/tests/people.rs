@@ -50,13 +50,49 @@ fn a_folder_has_sequences_of_people() {
 
     fs::create_dir(at("50002_hips")).unwrap();
     fs::write(at("50002_hips/0001.obj"), "").unwrap();
-    told(&["both hold a sequence `50002_hips`"]);
+    told(&["50002_hips.npz and ", "would have the same files"]);
     fs::remove_dir_all(at("50002_hips")).unwrap();
     fs::write(at("hips.npz"), "").unwrap();
     told(&["`hips` does not say whose it is"]);
     fs::remove_file(at("hips.npz")).unwrap();
     fs::write(at("0001.ply"), "").unwrap();
     told(&["one sequence"]);
+}
+
+#[test]
+fn names_that_no_file_can_have_are_refused() {
+    let body = female();
+    let folder = tempfile::tempdir().unwrap();
+    let told = |name: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, "").unwrap();
+        let found = captures(folder.path(), &body);
+        fs::remove_file(&path).unwrap();
+        found.map_err(|error| error.to_string())
+    };
+    let long = format!("50002_{}.npz", "x".repeat(200));
+    for (name, words) in [
+        ("50002_a\\b.npz", "has the character '\\\\'"),
+        ("50002_a\nb.npz", "has the character '\\n'"),
+        ("50002_\x1b[31mred.npz", "has the character '\\u{1b}'"),
+        ("a:b_c.npz", "has the character ':'"),
+        ("-p_m.npz", "begins with a dot or a dash"),
+        (&long, "has 206 bytes"),
+    ] {
+        let text = told(name).unwrap_err();
+        assert!(text.contains(words), "`{words}` is missing in: {text}");
+        assert!(text.contains("PERSON_MOTION"), "{text}");
+    }
+    // What other systems put beside is no capture.
+    told("._50002_hips.npz").unwrap_err();
+    let found = told("50002_ü \u{65e5}.b.npz").unwrap();
+    assert_eq!(found[0].motion, "ü \u{65e5}.b");
+    // Their clips would be one file, on some file systems their fits as well.
+    fs::write(folder.path().join("50002_a_b.npz"), "").unwrap();
+    for other in ["50002_a__b.npz", "50002__a_b_.npz", "50002_A_b.npz"] {
+        let text = told(other).unwrap_err();
+        assert!(text.contains("would have the same files"), "{text}");
+    }
 }
 
 #[test]

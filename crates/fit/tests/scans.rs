@@ -147,7 +147,7 @@ fn units_axes_and_keys_are_told() {
         &path,
         &body,
         &options(),
-        &["scans.npz", "`vertices`", "--key", "only verts"],
+        &["scans.npz", "`vertices`", "--key", "which has verts"],
     );
     let metres = ScanOptions {
         unit: Some(ScanUnit::Metre),
@@ -224,7 +224,7 @@ fn other_meshes_are_refused_with_file_and_place() {
     check(
         "a.obj",
         other.as_bytes(),
-        &["face 7", "whose edges the body has not"],
+        &["face 7 is [", "whose edges the body has not"],
     );
     check("a.ply", &ply_binary(&mesh, &faces), &["face 7"]);
     // An index beyond the vertices, from either end.
@@ -232,14 +232,25 @@ fn other_meshes_are_refused_with_file_and_place() {
         let bad = format!("{}f 1 2 {index}\n", obj(&mesh, &[]));
         check("a.obj", bad.as_bytes(), &["a face names vertex", "6890"]);
     }
-    check("a.obj", b"v 1 2\n", &["line"]);
-    check("a.obj", b"v 1 2 x\n", &["line"]);
+    check("a.obj", b"v 1 2\n", &["line 1 has numbers", "again"]);
+    check(
+        "a.obj",
+        b"v 1 2 3\nv 1,0 2,0 3,0\n",
+        &["line 2 has numbers"],
+    );
+    check("a.obj", b"v 1 2 3\nf 0 1 1\n", &["line 2", "from 1"]);
+    check("a.obj", b"\xff\xfe\x00\x01", &["a.obj", "again"]);
     check(
         "a.ply",
         b"ply\nformat ascii 1.0\nend_header\n",
         &["no element `vertex`"],
     );
-    check("a.ply", b"solid stl", &["a.ply"]);
+    check("a.ply", b"solid stl", &["a.ply", "no PLY file", "again"]);
+    check(
+        "a.ply",
+        b"ply\nformat ascii 1.0\nelem",
+        &["its header", "again"],
+    );
     let huge = ply_header("ascii", 999_999_999_999, 0);
     check(
         "a.ply",
@@ -251,7 +262,36 @@ fn other_meshes_are_refused_with_file_and_place() {
     check("a.ply", flat.as_bytes(), &["no property `z`"]);
     let mut cut = ply_binary(&mesh, &body.faces);
     cut.truncate(cut.len() / 3);
-    check("a.ply", &cut, &["a.ply"]);
+    check(
+        "a.ply",
+        &cut,
+        &["promises 6890 of element `vertex`", "again"],
+    );
+}
+
+#[test]
+fn hidden_files_are_no_frames_and_comments_may_be_in_any_encoding() {
+    let body = female();
+    let mesh = rest_mesh(&body);
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = b"# K\xf6rper\n".to_vec();
+    text.extend(obj(&mesh, &body.faces).bytes());
+    fs::write(folder.path().join("scan0.obj"), text).unwrap();
+    fs::write(folder.path().join("._scan0.obj"), b"\0\x05\x16\x07").unwrap();
+    let scans = Scans::open(folder.path(), &body, &options()).unwrap();
+    check_raised(&scans, &mesh, 1);
+    assert_eq!(scans.doubts, [] as [&str; 0]);
+    // One was left out.
+    for frame in [1, 3] {
+        let path = folder.path().join(format!("scan{frame}.obj"));
+        fs::write(path, obj(&raised(&mesh, frame), &body.faces)).unwrap();
+    }
+    let scans = Scans::open(folder.path(), &body, &options()).unwrap();
+    let doubts = scans.doubts.join("\n");
+    assert!(
+        doubts.contains("between scan1.obj and scan3.obj"),
+        "{doubts}"
+    );
 }
 
 #[test]
@@ -272,7 +312,48 @@ fn holes_and_sizes_that_no_body_has_are_refused() {
     let mut endless = rest_mesh(&body);
     endless[17].z = f32::INFINITY;
     check(endless, &["frame 1, vertex 17: inf"]);
+    let mut astray = rest_mesh(&body);
+    astray[77].x = 1e30;
+    check(astray, &["frame 1, vertex 77", "no position"]);
+    check(
+        vec![Vec3::ONE; body.vertex_count()],
+        &["frame 1", "in one place"],
+    );
     let tiny = rest_mesh(&body).iter().map(|p| *p * 0.001).collect();
     check(tiny, &["frame 1", "0.002 m", "--unit"]);
     check(vec![Vec3::ONE; 3], &["number of vertices"]);
+}
+
+#[test]
+fn a_first_frame_that_is_no_body_is_refused_whatever_is_known_of_it() {
+    let body = female();
+    let found = ScanOptions {
+        unit: None,
+        up: None,
+        ..options()
+    };
+    let mirrored: Vec<Vec3> = rest_mesh(&body)
+        .iter()
+        .map(|p| Vec3::new(-p.x, p.y, p.z))
+        .collect();
+    let nowhere = vec![Vec3::ZERO; body.vertex_count()];
+    let mut holed = rest_mesh(&body);
+    holed[3].z = f32::NAN;
+    for (mesh, words) in [
+        (mirrored, "mirror image"),
+        (nowhere, "frame 0: all vertices lie in one place"),
+        (holed, "frame 0, vertex 3: NaN"),
+    ] {
+        for options in [&found, &options()] {
+            let path = Path::new("scan");
+            let error = Scans::new(path, &body, mesh.clone(), options).unwrap_err();
+            let text = error.to_string();
+            assert!(text.contains(words), "`{words}` is missing in: {text}");
+        }
+    }
+    let error = Scans::new(Path::new("scan"), &body, Vec::new(), &options()).unwrap_err();
+    assert!(
+        error.to_string().starts_with("scan has no frames"),
+        "{error}"
+    );
 }

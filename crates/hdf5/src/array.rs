@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use hdf5_reader::datatype_api::H5Type;
-use hdf5_reader::error::Error;
 use hdf5_reader::{Dataset, Datatype, SliceInfo, SliceInfoElem};
 
+use crate::error::told;
 use crate::{Hdf5Error, Listed};
 
 /// What the elements of a data set are.
@@ -89,11 +89,13 @@ impl Array {
         Some(chunk.iter().map(|&length| length as usize).collect())
     }
 
-    pub(crate) fn listed(&self) -> Listed {
+    /// The data set as [`Hdf5::list`](crate::Hdf5::list) lists it.
+    pub fn listed(&self) -> Listed {
         Listed {
             name: self.name.clone(),
             shape: self.shape.clone(),
             kind: self.kind(),
+            elements: kind_name(self.dataset.dtype()),
         }
     }
 
@@ -170,7 +172,7 @@ impl Array {
         let array = self
             .dataset
             .read_slice::<T>(&selection)
-            .map_err(|error| self.unreadable(&error))?;
+            .map_err(|error| self.broken(told(&error)))?;
         let numbers: Vec<T> = array.into_iter().collect();
         if numbers.len() == expected {
             Ok(numbers)
@@ -180,17 +182,9 @@ impl Array {
         }
     }
 
-    fn unreadable(&self, error: &Error) -> Hdf5Error {
-        let advice = match error {
-            Error::ResourceLimit(_) => "store it in smaller chunks (`h5repack`)",
-            _ => "copy or download the file again",
-        };
-        self.broken(format!("{error}; {advice}"))
-    }
-
     fn other_kind(&self, expected: &str) -> Hdf5Error {
-        let kind = self.dataset.dtype();
-        self.broken(format!("its elements are {kind:?}, expected {expected}"))
+        let kind = kind_name(self.dataset.dtype());
+        self.broken(format!("its elements are {kind}, expected {expected}"))
     }
 
     fn broken(&self, reason: String) -> Hdf5Error {
@@ -199,6 +193,17 @@ impl Array {
             name: self.name.clone(),
             reason,
         }
+    }
+}
+
+/// What elements are, for people: `16-bit floats`.
+fn kind_name(datatype: &Datatype) -> String {
+    match datatype {
+        Datatype::FloatingPoint { size, .. } => format!("{}-bit floats", 8 * u64::from(*size)),
+        Datatype::FixedPoint { size, .. } => format!("{}-bit integers", 8 * u64::from(*size)),
+        Datatype::String { .. } => "text".to_owned(),
+        Datatype::Compound { .. } => "records".to_owned(),
+        _ => "no numbers".to_owned(),
     }
 }
 

@@ -10,6 +10,9 @@ use hdf5_reader::group::Group;
 use hdf5_reader::storage::{BytesStorage, DynStorage, FileStorage};
 use hdf5_reader::{Hdf5File, OpenOptions};
 
+use crate::ahead::Ahead;
+use crate::elsewhere::Elsewhere;
+use crate::error::told;
 use crate::{Array, Hdf5Error, Kind};
 
 /// Most bytes of chunks that are kept unpacked, for the next piece.
@@ -28,6 +31,7 @@ const MAX_LISTED: usize = 100_000;
 pub struct Hdf5 {
     path: PathBuf,
     file: Arc<Hdf5File>,
+    elsewhere: Elsewhere,
 }
 
 /// A data set as a file lists it.
@@ -39,6 +43,8 @@ pub struct Listed {
     pub shape: Vec<usize>,
     /// What its elements are.
     pub kind: Kind,
+    /// The same for people, such as `16-bit floats`.
+    pub elements: String,
 }
 
 impl Hdf5 {
@@ -53,7 +59,7 @@ impl Hdf5 {
         };
         let file = File::open(path).map_err(io)?;
         let storage = FileStorage::from_file(file).map_err(|error| structure(path, &error))?;
-        Self::from_storage(path, Arc::new(storage))
+        Self::from_storage(path, Arc::new(Ahead::new(Arc::new(storage))))
     }
 
     /// A file that is in memory. `path` only names it in messages.
@@ -65,11 +71,13 @@ impl Hdf5 {
     }
 
     fn from_storage(path: &Path, storage: DynStorage) -> Result<Self, Hdf5Error> {
+        let elsewhere = Elsewhere::default();
         let options = OpenOptions::default()
             .with_chunk_cache_bytes(CACHE_BYTES)
             .with_max_chunk_bytes(MAX_CHUNK_BYTES)
             .with_max_read_bytes(MAX_READ_BYTES)
-            .with_max_object_header_bytes(MAX_HEADER_BYTES);
+            .with_max_object_header_bytes(MAX_HEADER_BYTES)
+            .with_external_link_resolver(Arc::new(elsewhere.clone()));
         let got = storage.len();
         let file =
             Hdf5File::from_storage_with_options(storage, options).map_err(|error| match error {
@@ -78,10 +86,8 @@ impl Hdf5 {
                 },
                 error => structure(path, &error),
             })?;
-        let superblock = file.superblock();
-        let expected = superblock
-            .base_address
-            .saturating_add(superblock.eof_address);
+        // Counted from the beginning of the file, whatever block of the user's stands there.
+        let expected = file.superblock().eof_address;
         if expected > got {
             return Err(Hdf5Error::CutOff {
                 path: path.to_owned(),
@@ -92,6 +98,7 @@ impl Hdf5 {
         Ok(Self {
             path: path.to_owned(),
             file: Arc::new(file),
+            elsewhere,
         })
     }
 
@@ -103,7 +110,8 @@ impl Hdf5 {
     /// All data sets, those of groups too, in the file's order.
     ///
     /// # Errors
-    /// [`Hdf5Error`] for a group or data set that cannot be read.
+    /// [`Hdf5Error`] for a group or data set that cannot be read, and for links to other files, which are not
+    /// followed.
     pub fn list(&self) -> Result<Vec<Listed>, Hdf5Error> {
         let root = self
             .file
@@ -112,7 +120,14 @@ impl Hdf5 {
         let mut found = Vec::new();
         let mut seen = HashSet::from([root.address()]);
         self.list_group(&root, "", 0, &mut seen, &mut found)?;
-        Ok(found)
+        let files = self.elsewhere.files();
+        if files.is_empty() {
+            return Ok(found);
+        }
+        Err(Hdf5Error::Elsewhere {
+            path: self.path.clone(),
+            files: files.join(", "),
+        })
     }
 
     fn list_group(
@@ -174,7 +189,7 @@ impl Hdf5 {
         Hdf5Error::Data {
             path: self.path.clone(),
             name: name.to_owned(),
-            reason: format!("{error}; copy or download the file again"),
+            reason: told(error),
         }
     }
 }
@@ -190,7 +205,7 @@ fn is_missing(error: &Error) -> bool {
 fn structure(path: &Path, error: &Error) -> Hdf5Error {
     Hdf5Error::Structure {
         path: path.to_owned(),
-        reason: error.to_string(),
+        reason: told(error),
     }
 }
 

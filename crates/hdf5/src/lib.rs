@@ -4,7 +4,9 @@
 //! one piece. Files are read with positioned reads, not mapped into memory: a file that becomes
 //! shorter while it is read is an error. The work that a damaged file can demand is bounded.
 
+mod ahead;
 mod array;
+mod elsewhere;
 mod error;
 mod file;
 

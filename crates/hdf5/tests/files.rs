@@ -92,6 +92,43 @@ fn check_pieces(file: &Hdf5) {
 }
 
 #[test]
+fn a_block_of_text_may_stand_before_the_file() {
+    // As MATLAB writes them.
+    let file = Hdf5::open(&file("odd.hdf5")).unwrap();
+    let plain = file.array("plain").unwrap();
+    let got = plain.floats(&[1..2, 0..3, 4..6]).unwrap();
+    assert_eq!(got, [64.0, 65.0, 84.0, 85.0, 104.0, 105.0]);
+    let whole = fs::read(self::file("odd.hdf5")).unwrap();
+    let error = Hdf5::from_bytes(Path::new("a"), whole[..whole.len() - 1].to_vec()).unwrap_err();
+    assert!(matches!(error, Hdf5Error::CutOff { .. }), "{error}");
+}
+
+#[test]
+fn what_is_stored_in_ways_that_are_not_read_is_told_with_what_to_do() {
+    let odd = Hdf5::open(&file("odd.hdf5")).unwrap();
+    let listed = odd.list().unwrap();
+    let half = listed.iter().find(|one| one.name == "half").unwrap();
+    assert_eq!(half.elements, "16-bit floats");
+    for (name, words) in [
+        ("lzf", "packed with LZF"),
+        ("half", "16-bit floats, expected floats of 32 or 64 bits"),
+        ("outside", "lie in another file"),
+    ] {
+        let array = odd.array(name).unwrap();
+        let text = array.floats(&[0..4, 0..3, 0..1]).unwrap_err().to_string();
+        assert!(text.contains("odd.hdf5") && text.contains(words), "{text}");
+        assert!(name == "half" || text.contains("h5repack"), "{text}");
+    }
+    let linked = Hdf5::open(&file("elsewhere.hdf5")).unwrap();
+    let text = linked.list().unwrap_err().to_string();
+    assert!(
+        text.contains("elsewhere.hdf5") && text.contains("other.hdf5"),
+        "{text}"
+    );
+    linked.array("50002_hips").unwrap();
+}
+
+#[test]
 fn what_is_not_there_or_of_another_kind_is_told() {
     let file = Hdf5::open(&made()).unwrap();
     for name in ["50002_walk", "none/deep", "", "more"] {

@@ -28,11 +28,11 @@ impl<R: Read + Seek> Archive<R> {
     ///
     /// # Errors
     /// [`NpzError::Archive`] where it is no zip archive.
-    pub fn open(reader: R, max_array_bytes: u64) -> Result<Self, NpzError> {
-        let zip = zip::ZipArchive::new(reader).map_err(|error| NpzError::Archive {
-            reason: format!(
-                "not an archive that numpy.savez writes ({error}); convert .pkl files to .npz first"
-            ),
+    pub fn open(mut reader: R, max_array_bytes: u64) -> Result<Self, NpzError> {
+        let first = first_bytes(&mut reader);
+        let zip = zip::ZipArchive::new(reader).map_err(|_| {
+            let (what, what_to_do) = other_kind(&first);
+            NpzError::Archive { what, what_to_do }
         })?;
         Ok(Self {
             zip,
@@ -51,6 +51,22 @@ impl<R: Read + Seek> Archive<R> {
             .file_names()
             .filter_map(|name| name.ok()?.strip_suffix(".npy").map(str::to_owned))
             .collect()
+    }
+
+    /// The error for an array that is not there, where `expected` is: it tells what is there.
+    pub fn missing(&self, key: &str, expected: &str) -> NpzError {
+        let mut keys = self.keys();
+        let more = keys.len().saturating_sub(MAX_KEYS);
+        keys.truncate(MAX_KEYS);
+        let got = match (keys.is_empty(), more) {
+            (true, _) => "none in the file, which has no arrays".to_owned(),
+            (false, 0) => format!("none in the file, which has {}", keys.join(", ")),
+            (false, _) => format!(
+                "none in the file, which has {} and {more} more",
+                keys.join(", ")
+            ),
+        };
+        NpzError::array(key, expected, got)
     }
 
     /// The shape of an array, as its header says it; nothing else of it is unpacked.
@@ -82,7 +98,7 @@ impl<R: Read + Seek> Archive<R> {
         most: &[usize],
     ) -> Result<Array<f64>, NpzError> {
         let mut odd = None;
-        let array = self.numbers(key, shape, most, |file, part, sink| {
+        let array = self.numbers(key, (shape, FLOATS), most, |file, part, sink| {
             floats(file, part, &mut |index, value| {
                 odd = odd.or((!value.is_finite()).then_some(value));
                 sink(index, value);
@@ -107,7 +123,7 @@ impl<R: Read + Seek> Archive<R> {
         let mut odd = None;
         self.with_array(key, shape, |header, data| {
             let part = part_of(header, most);
-            decode(key, header, data, |file| {
+            decode((key, FLOATS), header, data, |file| {
                 floats(file, &part, &mut |index, value| {
                     odd = odd.or((!value.is_finite()).then_some(value));
                     visit(index, value);
@@ -127,18 +143,18 @@ impl<R: Read + Seek> Archive<R> {
         key: &str,
         shape: &[Option<usize>],
     ) -> Result<Array<f32>, NpzError> {
-        self.numbers(key, shape, &[], |file, part, sink| {
+        self.numbers(key, (shape, FLOATS), &[], |file, part, sink| {
             let file = cast::<f32, _>(file, part, |x| x, sink)?;
             cast::<f64, _>(file, part, |x| x as f32, sink)
         })
     }
 
-    /// Reads an array of 32 or 64-bit integers.
+    /// Reads an array of integers of 8 to 64 bits.
     ///
     /// # Errors
     /// [`NpzError::Array`] where it is missing or of another type or shape.
     pub fn integers(&mut self, key: &str, shape: &[Option<usize>]) -> Result<Array<f64>, NpzError> {
-        self.numbers(key, shape, &[], integers)
+        self.numbers(key, (shape, INTEGERS), &[], integers)
     }
 
     /// Reads one number, a float or an integer, with or without axes of length 1 around it.
@@ -155,7 +171,7 @@ impl<R: Read + Seek> Archive<R> {
                 format!("shape {shape:?}"),
             ));
         }
-        let array = self.numbers(key, &one, &[], |file, part, sink| {
+        let array = self.numbers(key, (&one, NUMBERS), &[], |file, part, sink| {
             integers(floats(file, part, sink)?, part, sink)
         })?;
         array
@@ -165,18 +181,19 @@ impl<R: Read + Seek> Archive<R> {
             .ok_or_else(|| NpzError::array(key, "one number", "none"))
     }
 
-    /// The kept numbers of an array. Shape, size and type are checked before any of it is unpacked.
+    /// The kept numbers of an array of that shape and type. Shape, size and type are checked before any of it
+    /// is unpacked.
     fn numbers<T>(
         &mut self,
         key: &str,
-        expected: &[Option<usize>],
+        (expected, kind): (&[Option<usize>], &str),
         most: &[usize],
         read: impl for<'a> FnOnce(Source<'a>, &Part, Sink<'_, T>) -> Cast<'a>,
     ) -> Result<Array<T>, NpzError> {
         self.with_array(key, expected, |header, data| {
             let part = part_of(header, most);
             let mut values = Vec::with_capacity(part.count());
-            decode(key, header, data, |file| {
+            decode((key, kind), header, data, |file| {
                 read(file, &part, &mut |_, value| values.push(value))
             })?;
             let strides = match header.order() {
@@ -223,9 +240,11 @@ impl<R: Read + Seek> Archive<R> {
         work: impl FnOnce(&NpyHeader, &mut dyn Read) -> Result<T, NpzError>,
     ) -> Result<T, NpzError> {
         let limit = self.max_array_bytes;
-        let entry = self.zip.by_name(&format!("{key}.npy")).map_err(|error| {
-            NpzError::array(key, "an array", format!("none in the file ({error})"))
-        })?;
+        if !self.has(key) {
+            return Err(self.missing(key, "an array"));
+        }
+        let entry = self.zip.by_name(&format!("{key}.npy"));
+        let entry = entry.map_err(|_| NpzError::array(key, "an array", DAMAGED))?;
         let packed_bytes = entry.compressed_size();
         let mut reader = BufReader::new(entry);
         let header = header(key, &mut reader, limit)?;
@@ -247,6 +266,61 @@ impl<R: Read + Seek> Archive<R> {
         }
         work(&header, &mut reader)
     }
+}
+
+/// What can be read, with what makes it of other types.
+const FLOATS: &str = "floats of 32 or 64 bits, as `.astype(\"float32\")` makes them";
+const INTEGERS: &str = "integers, as `.astype(\"int32\")` makes them";
+const NUMBERS: &str = "numbers of 32 or 64 bits";
+const DAMAGED: &str = "damaged data: copy or download the file again";
+/// Keys that a message lists at most.
+const MAX_KEYS: usize = 40;
+/// Bytes by which other kinds of files are told.
+const FIRST_BYTES: u64 = 16;
+
+/// How files begin that are taken for archives, what they are and what to do.
+const OTHER_KINDS: &[(&[u8], &str, &str)] = &[
+    (b"", "an empty file", AGAIN),
+    (b"PK", "an archive that is cut off or damaged", AGAIN),
+    (
+        b"\x93NUMPY",
+        "a single array",
+        "write it with its key by numpy.savez",
+    ),
+    (b"\x89HDF", "an HDF5 file", SAVEZ),
+    (
+        b"MATLAB",
+        "a MATLAB file",
+        "load it with scipy.io.loadmat and write its arrays with numpy.savez",
+    ),
+    (b"\x1f\x8b", "a gzip file", "unpack it first"),
+];
+const AGAIN: &str = "copy or download it again";
+const SAVEZ: &str = "write its arrays with numpy.savez";
+
+/// What a file is that is no archive, and what to do.
+fn other_kind(first: &[u8]) -> (&'static str, &'static str) {
+    if matches!(first, [0x80, 2..=5, ..] | [b'(' | b'c', ..]) {
+        return (
+            "a Python pickle",
+            "load it in Python and write its arrays with numpy.savez",
+        );
+    }
+    let begins = |start: &[u8]| first.starts_with(start) && start.is_empty() == first.is_empty();
+    let found = OTHER_KINDS.iter().find(|(start, ..)| begins(start));
+    match found {
+        Some(&(_, what, what_to_do)) => (what, what_to_do),
+        None => ("another kind of file", SAVEZ),
+    }
+}
+
+/// As many of the first bytes as there are; the reader is then at its start again.
+fn first_bytes<R: Read + Seek>(reader: &mut R) -> Vec<u8> {
+    let mut first = Vec::new();
+    // What cannot be read here cannot be read as an archive either.
+    let _ = reader.by_ref().take(FIRST_BYTES).read_to_end(&mut first);
+    let _ = reader.rewind();
+    first
 }
 
 /// An array whose elements have not been read.
@@ -281,6 +355,10 @@ fn floats<'a>(file: Source<'a>, part: &Part, sink: Sink<'_, f64>) -> Cast<'a> {
 fn integers<'a>(file: Source<'a>, part: &Part, sink: Sink<'_, f64>) -> Cast<'a> {
     let file = cast::<u32, _>(file, part, f64::from, sink)?;
     let file = cast::<i32, _>(file, part, f64::from, sink)?;
+    let file = cast::<u16, _>(file, part, f64::from, sink)?;
+    let file = cast::<i16, _>(file, part, f64::from, sink)?;
+    let file = cast::<u8, _>(file, part, f64::from, sink)?;
+    let file = cast::<i8, _>(file, part, f64::from, sink)?;
     let file = cast::<i64, _>(file, part, |x| x as f64, sink)?;
     cast::<u64, _>(file, part, |x| x as f64, sink)
 }
@@ -298,7 +376,7 @@ fn part_of(header: &NpyHeader, most: &[usize]) -> Part {
 
 /// Reads all elements, and what the archive says of them at their end.
 fn decode(
-    key: &str,
+    (key, kind): (&str, &str),
     header: &NpyHeader,
     data: &mut dyn Read,
     read: impl for<'a> FnOnce(Source<'a>) -> Cast<'a>,
@@ -307,15 +385,15 @@ fn decode(
     match read(NpyFile::with_header(header.clone(), &mut *data)) {
         Ok(_) => {
             let got = format!("dtype {}", header.dtype().descr());
-            return Err(NpzError::array(key, "32 or 64-bit numbers", got));
+            return Err(NpzError::array(key, kind, got));
         }
-        Err(outcome) => outcome.map_err(|error| broken(error.to_string()))?,
+        Err(outcome) => outcome.map_err(|_| broken(DAMAGED.to_owned()))?,
     }
     // At the end the archive's checksum is compared.
     match data.read(&mut [0]) {
         Ok(0) => Ok(()),
         Ok(_) => Err(broken("more than the shape asks for".to_owned())),
-        Err(error) => Err(broken(error.to_string())),
+        Err(_) => Err(broken(DAMAGED.to_owned())),
     }
 }
 
@@ -342,7 +420,7 @@ fn header(key: &str, reader: &mut impl Read, max_elements: u64) -> Result<NpyHea
     let mut bytes = vec![0; 10];
     reader
         .read_exact(&mut bytes)
-        .map_err(|error| NpzError::array(key, "intact data", error.to_string()))?;
+        .map_err(|_| NpzError::array(key, "intact data", DAMAGED))?;
     let length = match bytes.get(6..10) {
         Some(&[1, 0, low, high]) => usize::from(u16::from_le_bytes([low, high])),
         _ => return Err(bad("another version")),
@@ -357,7 +435,7 @@ fn header(key: &str, reader: &mut impl Read, max_elements: u64) -> Result<NpyHea
     check_text(&String::from_utf8_lossy(&text), max_elements).map_err(bad)?;
     bytes.extend(text);
     let header = NpyHeader::from_reader(&bytes[..])
-        .map_err(|error| NpzError::array(key, "an array of numpy's format", error.to_string()))?;
+        .map_err(|_| NpzError::array(key, "an array of numpy's format", DAMAGED))?;
     if header.uses_pickled_array() {
         return Err(NpzError::array(
             key,

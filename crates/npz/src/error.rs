@@ -7,10 +7,12 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum NpzError {
     /// The bytes are no archive that NumPy writes.
-    #[error("{reason}")]
+    #[error("it is {what}, not an archive that numpy.savez writes; {what_to_do}")]
     Archive {
-        /// What the reader met.
-        reason: String,
+        /// What it is instead, as far as its first bytes tell.
+        what: &'static str,
+        /// How to come to an archive.
+        what_to_do: &'static str,
     },
     /// An array is missing or has another type, shape or content.
     #[error("array `{key}`: expected {expected}, got {got}")]

@@ -50,9 +50,16 @@ fn arrays_come_back_as_they_were_written() {
     refusal(archive.floats("odd", &[None]), &["`odd`", "finite", "NaN"]);
     refusal(
         archive.floats("even", &[None]),
-        &["`even`", "none in the file"],
+        &["`even`", "none in the file, which has singles, rate, odd"],
     );
-    refusal(archive.floats("rate", &[]), &["`rate`", "dtype"]);
+    refusal(
+        archive.floats("rate", &[]),
+        &["`rate`", "float32", "dtype '<i8'"],
+    );
+    refusal(
+        archive.integers("odd", &[None]),
+        &["`odd`", "int32", "dtype '<f8'"],
+    );
     refusal(archive.scalar("singles"), &["one number", "[2, 3, 4]"]);
     refusal(
         archive.floats("singles", &[None, Some(6_890), Some(3)]),
@@ -144,6 +151,43 @@ fn an_array_that_is_cut_changed_or_too_long_is_refused() {
         .unwrap();
     stored[last] ^= 1;
     refusal(read(&stored), &["`a`", "intact data"]);
+}
+
+#[test]
+fn small_integers_are_read() {
+    for (descr, bytes) in [
+        ("|u1", &[1, 2][..]),
+        ("|i1", &[1, 2]),
+        ("<u2", &[1, 0, 2, 0]),
+        (">i2", &[0, 1, 0, 2]),
+    ] {
+        let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': (2,), }}\n");
+        let mut array = b"\x93NUMPY\x01\x00".to_vec();
+        array.extend((text.len() as u16).to_le_bytes());
+        array.extend(text.as_bytes());
+        array.extend(bytes);
+        let mut archive = Archive::open(Cursor::new(zipped("a.npy", &array)), LIMIT).unwrap();
+        let got = archive.integers("a", &[None]).unwrap();
+        assert_eq!(got.into_c_order(), [1.0, 2.0], "{descr}");
+    }
+}
+
+#[test]
+fn files_of_other_kinds_are_told_with_what_to_do() {
+    for (bytes, what, what_to_do) in [
+        (&b""[..], "an empty file", "download"),
+        (b"PK\x03\x04 and no end", "cut off", "download"),
+        (b"\x80\x04 a pickle", "pickle", "numpy.savez"),
+        (b"(dp0\nS'J'", "pickle", "numpy.savez"),
+        (b"\x93NUMPY\x01\x00", "a single array", "numpy.savez"),
+        (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "numpy.savez"),
+        (b"MATLAB 5.0 MAT-file", "a MATLAB file", "loadmat"),
+        (b"\x1f\x8b\x08", "a gzip file", "unpack"),
+        (b"hello", "another kind of file", "numpy.savez"),
+    ] {
+        let opened = Archive::open(Cursor::new(bytes.to_vec()), LIMIT);
+        refusal(opened, &[what, what_to_do]);
+    }
 }
 
 #[test]

@@ -106,7 +106,9 @@ pub enum DatasetError {
         source: std::io::Error,
     },
     /// Not a safetensors file, or a damaged one.
-    #[error("{path} is no intact safetensors file ({reason}); simulate the clip again")]
+    #[error(
+        "{path} is no whole clip, but cut off or damaged ({reason}); remove it, and simulate or fit it again"
+    )]
     Malformed {
         /// The file.
         path: PathBuf,

@@ -140,7 +140,9 @@ impl Split {
         let text = std::fs::read_to_string(path).map_err(TrainError::io(path, "reading"))?;
         serde_json::from_str(&text).map_err(|error| TrainError::Split {
             place: path.display().to_string(),
-            reason: error.to_string(),
+            reason: format!(
+                "it is no split of JSON text ({error}); docs/data-set.md has an example, and --hold-out needs no file"
+            ),
         })
     }
 

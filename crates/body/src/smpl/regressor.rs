@@ -14,6 +14,8 @@ use super::wrong;
 use crate::{BodyError, JOINT_COUNT, Joint};
 
 const KEY: &str = "J_regressor";
+/// How far from 1 the weights of a joint may sum: published ones do to rounding.
+const MOST_OFF: f64 = 0.01;
 
 /// The vertices of each joint and their shares.
 pub(super) struct Regressor {
@@ -45,6 +47,15 @@ impl Regressor {
             }
             _ => (dense(file, joints.count(), vertex_count)?, false),
         };
+        // Joints are means of vertices: other sums come of a matrix that is empty or turned round.
+        let off = (of_file.iter()).position(|row| {
+            let sum: f64 = row.iter().map(|(_, weight)| weight).sum();
+            (sum - 1.0).abs() > MOST_OFF
+        });
+        if let Some(joint) = off {
+            let expected = "weights that sum to 1 at every joint".to_owned();
+            return Err(wrong(KEY, expected, format!("others at joint {joint}")));
+        }
         let rows = Joint::ALL.map(|joint| {
             let sources = &joints.placed_by[joint as usize];
             let share = 1.0 / sources.len() as f64;

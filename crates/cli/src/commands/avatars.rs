@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use anyhow::{Context as _, bail};
 use clap::Args;
 use dynaskin_avatars::{Container, EXAMPLES, RECIPES, Recipe, make};
-use dynaskin_body::BodyModel;
 
 use super::say;
+use super::train::glb_body;
 
 const HOW: &str = "\
 Examples:
@@ -34,7 +34,7 @@ pub struct AvatarsArgs {
 pub fn run(args: &AvatarsArgs) -> anyhow::Result<()> {
     let bytes =
         fs::read(&args.body).with_context(|| format!("cannot read {}", args.body.display()))?;
-    let body = BodyModel::from_glb(&bytes).with_context(|| args.body.display().to_string())?;
+    let body = glb_body(&args.body, &bytes)?;
     let wanted: Vec<&Recipe> = match args.only.as_deref() {
         None => RECIPES.iter().collect(),
         Some(only) => every().filter(|recipe| recipe.name == only).collect(),

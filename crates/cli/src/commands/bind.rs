@@ -11,6 +11,7 @@ use dynaskin_report::{Picture, Triangle, heat_colour};
 use glam::Vec3;
 
 use super::say;
+use super::train::glb_body;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -44,8 +45,7 @@ pub struct BindArgs {
 pub fn run(args: &BindArgs) -> anyhow::Result<()> {
     let read =
         |path: &Path| fs::read(path).with_context(|| format!("cannot read {}", path.display()));
-    let body =
-        BodyModel::from_glb(&read(&args.body)?).with_context(|| args.body.display().to_string())?;
+    let body = glb_body(&args.body, &read(&args.body)?)?;
     let bones = args.bones.iter().map(|bone| named(bone));
     let options = BindOptions {
         depicts: args.depicts.clone(),

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
 use dynaskin_bind::{BindOptions, Transfer, check_adult, transfer};
-use dynaskin_body::{BodyModel, SHAPE_COUNT, Sex, SmplFile, SmplLayout};
+use dynaskin_body::{BodyModel, Joint, SHAPE_COUNT, Sex, SmplFile, SmplLayout, volume_m3};
+use glam::Vec3;
 
 use super::say;
+use super::train::glb_body;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -95,6 +97,7 @@ fn imported(args: &ImportArgs) -> anyhow::Result<(BodyModel, Vec<String>)> {
     if args.no_pose_correctives {
         body.pose_dirs_m.clear();
     }
+    check_surface(&body)?;
     let stem = args.file.file_stem().unwrap_or_default();
     body.name = stem.to_string_lossy().into_owned();
     body.copyright = format!(
@@ -124,6 +127,43 @@ fn imported(args: &ImportArgs) -> anyhow::Result<(BodyModel, Vec<String>)> {
     Ok((body, note))
 }
 
+/// Longest extents of people, with room for those of cartoons, in metres.
+const SIZES_M: std::ops::RangeInclusive<f32> = 0.4..=3.0;
+/// How upright a trunk is at least that stands, as the cosine: 45 degrees.
+const UPRIGHT: f32 = 0.7;
+
+/// Refuses a surface of another unit, and one that is turned inside out.
+fn check_surface(body: &BodyModel) -> anyhow::Result<()> {
+    let places_m = || body.template_m.iter().copied();
+    let low_m = places_m().fold(Vec3::INFINITY, Vec3::min);
+    let size_m = (places_m().fold(Vec3::NEG_INFINITY, Vec3::max) - low_m).max_element();
+    if !SIZES_M.contains(&size_m) {
+        bail!(
+            "array `v_template`: the body would be {size_m:.1} m large; its numbers, and those of `shapedirs` and \
+             `posedirs`, must be metres: divide centimetres by 100 and millimetres by 1000"
+        );
+    }
+    let [pelvis_m, neck_m] =
+        [Joint::Pelvis, Joint::Neck].map(|joint| body.joint_template_m[joint as usize]);
+    let trunk = (neck_m - pelvis_m).normalize_or_zero();
+    if trunk.y < UPRIGHT {
+        bail!(
+            "array `v_template`: the trunk stands along {trunk:.1}, not along +y; turn all arrays of positions, \
+             so that y is up"
+        );
+    }
+    if body.faces.is_empty() {
+        bail!("array `f`: there are no faces; export the body with them");
+    }
+    if volume_m3(&body.template_m, &body.faces) < 0.0 {
+        bail!(
+            "array `f`: the faces look inwards; turn them round with `f[:, ::-1]`, or turn the sign of one \
+             coordinate of all arrays where the body is mirrored"
+        );
+    }
+    Ok(())
+}
+
 fn lending_body(models: &Path, sex: Sex) -> anyhow::Result<BodyModel> {
     let path = models.join(sex.name()).join("body.glb");
     let bytes = fs::read(&path).with_context(|| {
@@ -132,7 +172,7 @@ fn lending_body(models: &Path, sex: Sex) -> anyhow::Result<BodyModel> {
             path.display()
         )
     })?;
-    BodyModel::from_glb(&bytes).with_context(|| path.display().to_string())
+    glb_body(&path, &bytes)
 }
 
 /// What the file held, and what of it was kept.

@@ -210,6 +210,21 @@ fn what_cannot_be_imported_is_refused_in_a_sentence() {
         refused(&told, "proportions of an adult");
     }
 
+    // Another unit, another axis, and left for right.
+    let changes: [(&dyn Fn(Vec3) -> Vec3, &str); 3] = [
+        (&|p| 10.0 * p, "must be metres"),
+        (&|p| Vec3::new(p.x, -p.z, p.y), "so that y is up"),
+        (&|p| Vec3::new(-p.x, p.y, p.z), "the faces look inwards"),
+    ];
+    for (change, words) in changes {
+        let mut changed = made();
+        for place in changed.template_m.iter_mut().chain(&mut changed.joints_m) {
+            *place = change(*place);
+        }
+        changed.write(&ours, &file);
+        refused(&bare(), words);
+    }
+
     let mut broken = made();
     broken.template_m[17].y = f32::NAN;
     broken.write(&ours, &file);

@@ -19,7 +19,8 @@ use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
 
-use super::say;
+use super::train::glb_body;
+use super::{numbers, say};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -27,6 +28,9 @@ Examples:
   dynaskin fit --body models/female/body.glb --scans dyna_female.h5 --sequence 50004_hips --rate 60 \\
     --out fits/50004_hips.npz --clip data/mine/hips__50004.safetensors
   dynaskin fit --body my_smpl.npz --scans FOLDER_OF_PLY --rate 60 --out hop.npz";
+
+/// A rate that reads scans where only their number counts.
+const LISTED_HZ: f64 = 60.0;
 
 /// Arguments of `dynaskin fit`.
 #[derive(Debug, Args)]
@@ -42,15 +46,21 @@ pub struct FitArgs {
     /// Data set of the sequence in an HDF5 file that holds several.
     #[arg(long)]
     sequence: Option<String>,
-    /// List the sequences of an HDF5 file, or of the files of a folder, and fit nothing.
+    /// List the sequences of a file or folder, and fit nothing.
     #[arg(long)]
     list: bool,
     /// Frames per second of the scans.
-    #[arg(long, required_unless_present = "list")]
+    #[arg(long, required_unless_present = "list", value_parser = numbers::rate_hz, allow_hyphen_values = true)]
     rate: Option<f64>,
     /// The subject's ten shape coefficients, separated by commas, where they are known from another
     /// sequence; without it they are fitted to the first frame.
-    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, num_args = SHAPE_COUNT)]
+    #[arg(
+        long,
+        value_name = "b0,b1,...,b9",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        num_args = 1
+    )]
     shape: Option<Vec<f32>>,
     /// Where to write the fit: poses, trans, betas as AMASS names them, and offsets (.npz).
     #[arg(long, required_unless_present = "list")]
@@ -62,7 +72,7 @@ pub struct FitArgs {
     #[arg(long)]
     overwrite: bool,
     /// Threads; 0 takes one per processor.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = numbers::jobs)]
     jobs: usize,
 }
 
@@ -116,6 +126,28 @@ impl Settings {
             key: self.key.clone(),
             sequence: sequence.map(str::to_owned),
         }
+    }
+
+    /// All of them by name, for people: what fits that go together have in common. The body may lie elsewhere if
+    /// it is the same one, so it is told by its SHA-256.
+    pub(super) fn told(&self, body_sha256: &str) -> Vec<(&'static str, String)> {
+        fn name(value: &impl ValueEnum) -> String {
+            let value = value.to_possible_value();
+            value.map_or_else(String::new, |value| value.get_name().to_owned())
+        }
+        fn found(value: Option<&impl ValueEnum>) -> String {
+            value.map_or_else(|| "as found".to_owned(), name)
+        }
+        vec![
+            ("body", format!("the one of SHA-256 {body_sha256}")),
+            ("unit", found(self.unit.as_ref())),
+            ("up", found(self.up.as_ref())),
+            ("key", self.key.clone()),
+            ("objective", name(&self.objective)),
+            ("rigidity", found(self.rigidity.as_ref())),
+            ("own-surface", self.own_surface.to_string()),
+            ("joints", name(&self.joints)),
+        ]
     }
 
     /// Whether the joints' places are fitted.
@@ -194,6 +226,8 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
                 path.display()
             );
         }
+        // Before the minutes that a fit takes.
+        dynaskin_files::check_place(path)?;
     }
     let (body, sha256) = read_body(&args.settings.body)?;
     let scan_options = args
@@ -202,6 +236,9 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
     let scans = Scans::open(&args.scans, &body, &scan_options)?;
     for note in &scans.notes {
         say(note);
+    }
+    for doubt in &scans.doubts {
+        say(&format!("check: {doubt}"));
     }
     let shape = args.shape.as_deref().map(shape_of).transpose()?;
     let options = args.settings.fit_options(&body, shape);
@@ -242,8 +279,20 @@ pub fn run(args: &FitArgs) -> anyhow::Result<()> {
 
 fn list(args: &FitArgs) -> anyhow::Result<()> {
     let (body, _) = read_body(&args.settings.body)?;
-    if !args.scans.is_dir() {
-        return list_file(&args.scans, &body, "");
+    let path = &args.scans;
+    if !path.is_dir() && is_hdf5(path)? {
+        return list_file(path, &body, "");
+    }
+    if !path.is_dir() || dynaskin_fit::holds_meshes(path)? {
+        // It is one.
+        let options = args.settings.scan_options(LISTED_HZ, None);
+        let scans = Scans::open(path, &body, &options)?;
+        say(&format!(
+            "{} {}",
+            path.display(),
+            frames(scans.frame_count())
+        ));
+        return Ok(());
     }
     let found = captures(&args.scans, &body)?;
     let files: BTreeSet<&Path> = found.iter().map(|capture| capture.path.as_path()).collect();
@@ -256,17 +305,24 @@ fn list(args: &FitArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+fn frames(count: usize) -> String {
+    match count {
+        1 => "1 frame".to_owned(),
+        count => format!("{count} frames"),
+    }
+}
+
 /// Lists the sequences of an HDF5 file.
 fn list_file(file: &Path, body: &BodyModel, indent: &str) -> anyhow::Result<()> {
     for sequence in sequences(file, body)? {
-        let frames = match sequence.frame_count {
-            Some(frames) => format!("{frames} frames"),
+        let told = match sequence.frame_count {
+            Some(count) => frames(count),
+            None if sequence.is_ambiguous => "can be read in more than one way".to_owned(),
             None => "not of this body's mesh".to_owned(),
         };
-        say(&format!(
-            "{indent}{} {:?} {frames}",
-            sequence.name, sequence.shape
-        ));
+        // A name may hold anything.
+        let name = sequence.name.replace(char::is_control, "\u{fffd}");
+        say(&format!("{indent}{name} {:?} {told}", sequence.shape));
     }
     Ok(())
 }
@@ -278,12 +334,11 @@ pub(super) fn read_body(path: &Path) -> anyhow::Result<(BodyModel, String)> {
     let is_npz = path
         .extension()
         .is_some_and(|end| end.eq_ignore_ascii_case("npz"));
-    let body = if is_npz {
-        BodyModel::from_smpl_npz(&bytes)
-    } else {
-        BodyModel::from_glb(&bytes)
-    }
-    .with_context(|| format!("cannot use the body {}", path.display()))?;
+    let body = match is_npz {
+        true => BodyModel::from_smpl_npz(&bytes)
+            .with_context(|| format!("cannot use the body {}", path.display()))?,
+        false => glb_body(path, &bytes)?,
+    };
     let sha256 = Sha256::digest(&bytes)
         .iter()
         .fold(String::new(), |mut text, byte| {
@@ -413,8 +468,9 @@ impl<'b> Summary<'b> {
         let last = count.saturating_sub(1);
         let betas: Vec<String> = shape.iter().map(|b| format!("{b:.3}")).collect();
         let mut text = format!(
-            "{count} frames at {rate_hz} Hz into {}\nshape {}\nrigid skin lies {:.2} mm from the scan (RMS; \
+            "{} at {rate_hz} Hz into {}\nshape {}\nrigid skin lies {:.2} mm from the scan (RMS; \
              median of the frames), {:.2} mm in the worst frame",
+            frames(count),
             out.display(),
             betas.join(","),
             at(last / 2),

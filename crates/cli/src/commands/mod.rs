@@ -10,6 +10,7 @@ pub mod fit;
 pub mod fit_all;
 pub mod fit_check;
 mod motion_files;
+mod numbers;
 pub mod play;
 pub mod reproduce;
 mod shard;

@@ -32,7 +32,7 @@ impl ClipCurves {
     }
 }
 
-/// Plays one clip to all contestants.
+/// Plays one clip to all contestants. `done` is called after each.
 ///
 /// # Errors
 /// [`TrainError::Runtime`], and what reading a clip can give.
@@ -41,6 +41,7 @@ pub fn curves(
     data_set: &DataSet,
     model: &BodyModel,
     entry: &ClipEntry,
+    mut done: impl FnMut(),
 ) -> Result<ClipCurves, TrainError> {
     let clip = data_set.read(entry)?;
     let groups = Groups::new(model, &data_set.vertices);
@@ -53,6 +54,7 @@ pub fn curves(
         let frames = frames.zip(predicted.chunks_exact(coordinates));
         let errors = frames.map(|(truth, got)| groups.errors_mm(truth, got));
         errors_mm.push(errors.collect());
+        done();
     }
     Ok(ClipCurves {
         name: clip.name,

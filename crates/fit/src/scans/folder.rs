@@ -57,6 +57,10 @@ pub(super) fn list(folder: &Path) -> Result<(Vec<PathBuf>, MeshKind), FitError> 
     };
     for entry in fs::read_dir(folder).map_err(io)? {
         let path = entry.map_err(io)?.path();
+        // Files that macOS puts beside those of other file systems, and files half copied.
+        if is_hidden(&path) {
+            continue;
+        }
         let ends_with = |ending| {
             path.extension()
                 .is_some_and(|end| end.eq_ignore_ascii_case(ending))
@@ -76,6 +80,44 @@ pub(super) fn list(folder: &Path) -> Result<(Vec<PathBuf>, MeshKind), FitError> 
     };
     check_frame_count(folder, paths.len())?;
     Ok((paths, kind))
+}
+
+/// Whether a name begins with a dot.
+pub(crate) fn is_hidden(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default();
+    name.as_encoded_bytes().starts_with(b".")
+}
+
+/// A doubt about frames whose numbers do not rise evenly, as where some were left out.
+pub(super) fn missing_frames(paths: &[PathBuf]) -> Option<String> {
+    let numbers: Option<Vec<u64>> = paths.iter().map(|path| last_number(path)).collect();
+    let numbers = numbers?;
+    let step = |pair: &[u64]| pair[1].checked_sub(pair[0]);
+    let usual = numbers.windows(2).filter_map(step).min()?;
+    if usual == 0 {
+        return None;
+    }
+    let uneven = numbers
+        .windows(2)
+        .position(|pair| step(pair) != Some(usual))?;
+    let name = |index: usize| {
+        let name = paths[index].file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    };
+    Some(format!(
+        "frames seem to be missing between {} and {}; the fit takes them to follow one another, so that movement \
+         across the gap is too fast: make each stretch a sequence of its own",
+        name(uneven),
+        name(uneven + 1)
+    ))
+}
+
+/// The last run of digits in a name.
+fn last_number(path: &Path) -> Option<u64> {
+    let stem = path.file_stem()?.to_str()?;
+    let digits = stem.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let start = digits.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    digits[start..].parse().ok()
 }
 
 /// By name, with numbers inside names in the order of their values: `scan2` before `scan10`.
@@ -136,23 +178,22 @@ pub(super) fn check_faces(
     if faces.is_empty() {
         return Ok(());
     }
-    let other = |what, expected: String, got| FitError::Topology {
+    let other = |problem| FitError::Faces {
         path: path.to_owned(),
-        what,
-        expected,
-        got,
+        problem,
     };
     let known: std::collections::HashSet<(u32, u32)> =
         body.faces.iter().flat_map(edges_of).collect();
     for (index, face) in faces.iter().enumerate() {
         if face.len() < 3 {
-            let got = format!("{} corners in face {index}", face.len());
-            return Err(other("a face", "3 or more".to_owned(), got));
+            let count = face.len();
+            let problem = format!("face {index} has {count} corners, expected 3 or more");
+            return Err(other(problem));
         }
         let unknown = edges_of(face).filter(|edge| !known.contains(edge)).count();
         if unknown > 0 {
-            let got = format!("{face:?} (face {index}), whose edges the body has not");
-            return Err(other("a face", "others".to_owned(), got));
+            let problem = format!("face {index} is {face:?}, whose edges the body has not");
+            return Err(other(problem));
         }
     }
     Ok(())
@@ -180,5 +221,26 @@ mod tests {
             .map(|path| path.to_str().unwrap_or(""))
             .collect();
         assert_eq!(got, ["a.obj", "a9.obj", "a009b.obj", "a10.obj", "b1.obj"]);
+    }
+
+    #[test]
+    fn gaps_in_the_numbers_of_frames_are_told() {
+        let doubt = |names: &[&str]| {
+            let paths: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
+            missing_frames(&paths)
+        };
+        for even in [
+            &["f0.obj", "f1.obj", "f2.obj"][..],
+            &["00010_x.ply", "00015_x.ply", "00020_x.ply"],
+            &["f7.obj"],
+            &["a.obj", "b.obj", "d.obj"],
+            &["f1.obj", "f.obj", "f9.obj"],
+        ] {
+            assert_eq!(doubt(even), None, "{even:?}");
+        }
+        let told = doubt(&["f0.obj", "f1.obj", "f3.obj"]).unwrap_or_default();
+        assert!(told.contains("between f1.obj and f3.obj"), "{told}");
+        let told = doubt(&["m2_f3.obj", "m2_f1.obj"]).unwrap_or_default();
+        assert_eq!(told, "");
     }
 }

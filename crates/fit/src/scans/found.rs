@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dynaskin_body::BodyModel;
+use dynaskin_body::{BodyModel, volume_m3};
 use dynaskin_motion::UpAxis;
 use glam::{DVec3, Vec3};
 
@@ -14,6 +14,8 @@ use crate::start::trunk_rotation;
 const SCALES: std::ops::RangeInclusive<f32> = 0.6..=1.6;
 /// How far from an axis a trunk may lean that is upright, as the cosine: 40 degrees.
 const UPRIGHT: f64 = 0.766;
+/// Least volume of a person over that of the body model in its mean shape.
+const LEAST_VOLUME: f64 = 0.2;
 
 /// The unit in which the edges of a frame are as long as a person's. Edges hardly change with the pose.
 pub(super) fn unit(
@@ -34,6 +36,10 @@ pub(super) fn unit(
         .collect();
     ratios.sort_by(f32::total_cmp);
     let ratio = ratios.get(ratios.len() / 2).copied().unwrap_or_default();
+    if frame.iter().all(|place| Some(place) == frame.first()) {
+        let path = path.to_owned();
+        return Err(FitError::Collapsed { path, frame: 0 });
+    }
     let units = [ScanUnit::Metre, ScanUnit::Centimetre, ScanUnit::Millimetre];
     let found = units
         .into_iter()
@@ -50,6 +56,22 @@ pub(super) fn unit(
         ratio * unit.metres()
     ));
     Ok(unit)
+}
+
+/// Refuses a frame that is the body's mirror image: a mesh whose faces point inwards.
+pub(super) fn not_mirrored(
+    path: &Path,
+    body: &BodyModel,
+    frame_m: &[Vec3],
+) -> Result<(), FitError> {
+    let own_m3 = volume_m3(&body.template_m, &body.faces);
+    let ratio = volume_m3(frame_m, &body.faces) / own_m3;
+    // A mesh that is open or crumpled tells nothing.
+    if ratio > -LEAST_VOLUME || !ratio.is_finite() {
+        return Ok(());
+    }
+    let path = path.to_owned();
+    Err(FitError::Mirrored { path })
 }
 
 /// The axis along which the trunk stands in a frame.

@@ -1,7 +1,7 @@
 //! HDF5 files with a data set for each sequence, as Dyna and D-FAUST come.
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -13,8 +13,9 @@ use super::folder::check_faces;
 use super::mesh::check_frame_count;
 use crate::FitError;
 
-/// What HDF5 files begin with, where no block of the user's is before it.
+/// What HDF5 files begin with, and where: MATLAB's have a block of text before it.
 const MAGIC: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+const MAGIC_AT: [u64; 4] = [0, 512, 1024, 2048];
 /// Frames read at a time at most, however many a chunk holds.
 const MAX_PIECE_FRAMES: usize = 1024;
 /// Names that a list in a message has at most.
@@ -29,20 +30,23 @@ pub struct Sequence {
     pub shape: Vec<usize>,
     /// Number of frames; none where it is of another mesh than the body's, or can be read in several ways.
     pub frame_count: Option<usize>,
+    /// Whether it can be read in several ways.
+    pub is_ambiguous: bool,
 }
 
 impl Sequence {
     fn new(listed: Listed, vertex_count: usize) -> Self {
-        let frames = layout(&listed.shape, vertex_count).ok();
+        let frames = layout(&listed.shape, vertex_count);
         Self {
-            frame_count: frames.map(|layout| listed.shape[layout.frame]),
+            is_ambiguous: frames == Err(Trouble::Ambiguous),
+            frame_count: frames.ok().map(|layout| listed.shape[layout.frame]),
             name: listed.name,
             shape: listed.shape,
         }
     }
 }
 
-/// Whether a file is of HDF5, by its first bytes or its name.
+/// Whether a file is of HDF5, by its bytes or its name.
 ///
 /// # Errors
 /// [`FitError::Io`] where it cannot be opened.
@@ -52,17 +56,21 @@ pub fn is_hdf5(path: &Path) -> Result<bool, FitError> {
         action: "opening",
         source,
     };
-    let mut first = Vec::new();
-    let file = File::open(path).map_err(io)?;
-    file.take(MAGIC.len() as u64)
-        .read_to_end(&mut first)
-        .map_err(io)?;
+    let mut file = File::open(path).map_err(io)?;
+    let mut begins = false;
+    for at in MAGIC_AT {
+        file.seek(SeekFrom::Start(at)).map_err(io)?;
+        let mut bytes = Vec::new();
+        let mut part = file.by_ref().take(MAGIC.len() as u64);
+        part.read_to_end(&mut bytes).map_err(io)?;
+        begins |= bytes == MAGIC;
+    }
     let named = path.extension().is_some_and(|end| {
         ["h5", "hdf5", "hdf"]
             .iter()
             .any(|known| end.eq_ignore_ascii_case(known))
     });
-    Ok(named || first == MAGIC)
+    Ok(named || begins)
 }
 
 /// The sequences of an HDF5 file: data sets of floats with three axes, of which one is 3 long.
@@ -75,7 +83,7 @@ pub fn sequences(path: &Path, body: &BodyModel) -> Result<Vec<Sequence>, FitErro
     if found.is_empty() {
         let names = others
             .iter()
-            .map(|one| format!("{} {:?}", one.name, one.shape));
+            .map(|one| format!("{} {:?} of {}", one.name, one.shape, one.elements));
         return Err(FitError::NoSequences {
             path: path.to_owned(),
             found: joined(names, others.len()),
@@ -111,6 +119,7 @@ pub(super) struct Opened {
     pub place: PathBuf,
     pub frames: Hdf5Frames,
     pub notes: Vec<String>,
+    pub doubts: Vec<String>,
 }
 
 /// Opens the sequence of that name, or the only one.
@@ -126,7 +135,7 @@ pub(super) fn open(path: &Path, body: &BodyModel, name: Option<&str>) -> Result<
     })?;
     let place = PathBuf::from(format!("{}, data set `{name}`", path.display()));
     let vertices = body.vertex_count();
-    if !is_sequence(&listed(&array)) {
+    if !is_sequence(&array.listed()) {
         return Err(FitError::NoLayout {
             path: place,
             shape: array.shape().to_vec(),
@@ -144,27 +153,20 @@ pub(super) fn open(path: &Path, body: &BodyModel, name: Option<&str>) -> Result<
             vertices,
         },
     })?;
-    let mut notes = vec![format!(
+    let notes = vec![format!(
         "`{name}` is {:?}: {}",
         array.shape(),
         layout.words()
     )];
     check_frame_count(&place, array.shape()[layout.frame])?;
-    compare_faces(&file, path, &name, body, &mut notes)?;
+    let doubts = compare_faces(&file, path, &name, body)?;
     let frames = Hdf5Frames { array, layout };
     Ok(Opened {
         place,
         frames,
         notes,
+        doubts: doubts.into_iter().collect(),
     })
-}
-
-fn listed(array: &Array) -> Listed {
-    Listed {
-        name: array.name().to_owned(),
-        shape: array.shape().to_vec(),
-        kind: array.kind(),
-    }
 }
 
 fn only(path: &Path, body: &BodyModel) -> Result<String, FitError> {
@@ -246,20 +248,20 @@ fn layout(shape: &[usize], vertices: usize) -> Result<Layout, Trouble> {
     }
 }
 
-/// Compares the data set `faces` beside a sequence with the body's, where there is one.
+/// Compares the data set `faces` beside a sequence with the body's, where there is one; gives a doubt where it
+/// cannot be compared.
 fn compare_faces(
     file: &Hdf5,
     path: &Path,
     sequence: &str,
     body: &BodyModel,
-    notes: &mut Vec<String>,
-) -> Result<(), FitError> {
+) -> Result<Option<String>, FitError> {
     let group = sequence.rsplit_once('/').map_or("", |(group, _)| group);
     let name = format!("{group}/faces");
     let name = name.trim_start_matches('/');
     let array = match file.array(name) {
         Ok(array) => array,
-        Err(Hdf5Error::Missing { .. }) => return Ok(()),
+        Err(Hdf5Error::Missing { .. }) => return Ok(None),
         Err(error) => return Err(error.into()),
     };
     let place = PathBuf::from(format!("{}, data set `{name}`", path.display()));
@@ -270,13 +272,24 @@ fn compare_faces(
     };
     // More than any mesh of these vertices has.
     if array.kind() != Kind::Integer || count == 0 || count > 8 * body.vertex_count() {
-        notes.push(format!(
+        return Ok(Some(format!(
             "`{name}` is no list of triangles of this mesh: the order of the vertices is not compared"
-        ));
-        return Ok(());
+        )));
     }
     let all: Vec<Range<usize>> = array.shape().iter().map(|&length| 0..length).collect();
     let indices = array.integers(&all)?;
+    let vertices = body.vertex_count() as i64;
+    // MATLAB counts from 1.
+    let is_from_1 = indices.iter().min() == Some(&1) && indices.iter().max() == Some(&vertices);
+    let counted_from = i64::from(is_from_1);
+    let is_vertex = |index: &i64| (counted_from..vertices + counted_from).contains(index);
+    if let Some(index) = indices.iter().find(|index| !is_vertex(index)) {
+        let problem = format!("a face names vertex {index}, the body has {vertices}");
+        return Err(FitError::Faces {
+            path: place,
+            problem,
+        });
+    }
     let corner = |face: usize, corner: usize| {
         let at = if across {
             corner * count + face
@@ -284,12 +297,14 @@ fn compare_faces(
             3 * face + corner
         };
         let index = indices.get(at).copied().unwrap_or(-1);
-        u32::try_from(index).unwrap_or(u32::MAX)
+        // One that is no vertex's has no edge of the body's.
+        u32::try_from(index - counted_from).unwrap_or(u32::MAX)
     };
     let faces: Vec<Vec<u32>> = (0..count)
         .map(|face| (0..3).map(|at| corner(face, at)).collect())
         .collect();
-    check_faces(&place, body, &faces)
+    check_faces(&place, body, &faces)?;
+    Ok(None)
 }
 
 /// The frames of a data set.

@@ -27,12 +27,8 @@ pub(super) fn read(path: &Path, body: &BodyModel, key: &str) -> Result<Vec<Vec3>
     })?;
     let mut archive = Archive::open(BufReader::new(file), MAX_ARRAY_BYTES).map_err(failed)?;
     if !archive.has(key) {
-        let found = archive.keys().join(", ");
-        return Err(failed(dynaskin_npz::NpzError::array(
-            key,
-            "the vertices, [frames, vertices, 3] (name their key with --key)",
-            format!("only {found}"),
-        )));
+        let expected = "the vertices, [frames, vertices, 3] (name their key with --key)";
+        return Err(failed(archive.missing(key, expected)));
     }
     // Before anything is unpacked.
     if let [frames, vertices, 3] = archive.shape(key).map_err(failed)?[..] {

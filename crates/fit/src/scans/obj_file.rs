@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::Vec3;
-use obj::ObjData;
+use obj::{ObjData, ObjError};
 
 use super::mesh::Mesh;
 use crate::FitError;
@@ -14,7 +14,9 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, FitError> {
         path: path.to_owned(),
         reason,
     };
-    let data = ObjData::load_buf(bytes).map_err(|error| failed(error.to_string()))?;
+    // Comments and names may be in any encoding.
+    let text = String::from_utf8_lossy(bytes);
+    let data = ObjData::load_buf(text.as_bytes()).map_err(|error| failed(told(&error)))?;
     let count = data.position.len();
     let mut faces = Vec::new();
     for group in data.objects.iter().flat_map(|object| &object.groups) {
@@ -34,4 +36,36 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, FitError> {
         positions: data.position.into_iter().map(Vec3::from_array).collect(),
         faces,
     })
+}
+
+/// Why the parser refused a file, and what to do.
+fn told(error: &ObjError) -> String {
+    let line = |line: usize, problem: String| {
+        format!("line {} {problem}; export the mesh again", line + 1)
+    };
+    match error {
+        ObjError::MalformedFaceGroup { line_number, group } => line(
+            *line_number,
+            format!("has a face corner `{group}` that names no vertex"),
+        ),
+        ObjError::ArgumentListFailure { line_number, list } => line(
+            *line_number,
+            format!("has numbers that cannot be read: {list}"),
+        ),
+        ObjError::UnexpectedCommand {
+            line_number,
+            command,
+        } => line(
+            *line_number,
+            format!("begins with `{command}`, which OBJ files have not"),
+        ),
+        ObjError::MissingMTLName { line_number } => {
+            line(*line_number, "names no material file".to_owned())
+        }
+        ObjError::ZeroVertexNumber { line_number } => line(
+            *line_number,
+            "has a face corner of number 0, and OBJ files count vertices from 1".to_owned(),
+        ),
+        _ => "it cannot be read as OBJ; export the mesh again".to_owned(),
+    }
 }

@@ -69,9 +69,17 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, FitError> {
         reason,
     };
     let mut reader = Reader::new(BufReader::new(bytes));
+    if !bytes.starts_with(b"ply") {
+        return Err(failed(
+            "it is no PLY file: it does not begin with `ply`; export the mesh again".to_owned(),
+        ));
+    }
     let header = Parser::<Other>::new()
         .read_header(&mut reader)
-        .map_err(|error| failed(error.to_string()))?;
+        .map_err(|_| {
+            let header = "its header is cut off or none of PLY's";
+            failed(format!("{header}; copy the file or export the mesh again"))
+        })?;
     let (mut positions, mut faces) = (Vec::new(), Vec::new());
     for (_, element) in &header.elements {
         check_count(element, bytes.len()).map_err(failed)?;
@@ -86,7 +94,13 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, FitError> {
                 .read_payload_for_element(&mut reader, element, &header)
                 .map(drop),
         };
-        read.map_err(|error| failed(error.to_string()))?;
+        read.map_err(|_| {
+            failed(format!(
+                "its header promises {} of element `{}`, and what follows is something else or ends before; \
+                 copy the file or export the mesh again",
+                element.count, element.name
+            ))
+        })?;
     }
     if !header.elements.contains_key("vertex") {
         return Err(failed("there is no element `vertex`".to_owned()));

@@ -26,9 +26,11 @@ pub(super) enum Source<'b> {
 }
 
 impl<'b> Source<'b> {
-    pub fn folder(path: &Path, body: &'b BodyModel) -> Result<Self, FitError> {
+    /// The frames of a folder, and doubts about them.
+    pub fn folder(path: &Path, body: &'b BodyModel) -> Result<(Self, Vec<String>), FitError> {
         let (paths, kind) = folder::list(path)?;
-        Ok(Self::Folder { paths, kind, body })
+        let doubts = folder::missing_frames(&paths).into_iter().collect();
+        Ok((Self::Folder { paths, kind, body }, doubts))
     }
 
     pub fn frame_count(&self, vertex_count: usize) -> usize {

@@ -34,7 +34,7 @@ pub fn execute(
         path: run.out.clone(),
         reason,
     };
-    fs::create_dir_all(&run.out).map_err(|error| unusable(error.to_string()))?;
+    fs::create_dir_all(&run.out).map_err(|error| unusable(dynaskin_files::reason(&error)))?;
     dynaskin_files::remove_leftovers(&run.out).map_err(|error| unusable(error.to_string()))?;
     Shell::for_body(run.body, &Run::shape(0), &run.settings)?;
     // A full disk fails every clip: once it is known, no more time is spent.

@@ -117,7 +117,7 @@ impl Motion {
 fn io(path: &Path, error: &std::io::Error) -> RunError {
     RunError::Io {
         path: path.to_owned(),
-        reason: error.to_string(),
+        reason: dynaskin_files::reason(error),
     }
 }
 

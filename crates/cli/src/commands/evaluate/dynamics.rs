@@ -79,6 +79,7 @@ pub fn curve_section(
             subject.data_set,
             subject.body,
             entry,
+            || (),
         )?;
         let soft_mm = curves.soft_mm();
         for (name, curve) in methods.names.iter().zip(&soft_mm) {

@@ -103,10 +103,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         return Ok(());
     };
     // Before the minutes that the report takes.
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("{}: making the report's folder", folder.display()))?;
-    }
+    dynaskin_files::check_place(path)?;
     let folder = args.methods.clone().or_else(|| {
         let usual = args.model.join("methods");
         usual.is_dir().then_some(usual)

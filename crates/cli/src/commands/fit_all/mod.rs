@@ -5,11 +5,12 @@ mod state;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use dynaskin_body::{BodyModel, SHAPE_COUNT};
 use dynaskin_files::FolderLock;
@@ -21,8 +22,9 @@ use dynaskin_train::ClipName;
 use indicatif::ProgressBar;
 
 use super::fit::{Settings, joints_told, progress_bar, read_body, shape_of};
-use super::say;
 use super::shard::Shard;
+use super::{numbers, say};
+use crate::told::sentence;
 use state::{PersonShape, Shapes};
 
 const EXAMPLES: &str = "\
@@ -44,7 +46,7 @@ pub struct FitAllArgs {
     #[arg(long)]
     scans: PathBuf,
     /// Frames per second of the scans.
-    #[arg(long)]
+    #[arg(long, value_parser = numbers::rate_hz, allow_hyphen_values = true)]
     rate: f64,
     /// Only the sequences of this person; may be given several times.
     #[arg(long)]
@@ -62,7 +64,7 @@ pub struct FitAllArgs {
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     /// Sequences fitted at a time; 0 takes one per two processors. All processors work in any case.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = numbers::jobs)]
     jobs: usize,
 }
 
@@ -94,7 +96,11 @@ pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
         None => FolderLock::take(&args.out)?,
         Some(_) => FolderLock::share(&args.out)?,
     };
-    state::check_settings(&args.out, &settings_text(args, &sha256))?;
+    // Settings of which nothing came keep nobody from trying others.
+    if args.shard.is_none() {
+        state::forget_unused_settings(&args.out)?;
+    }
+    state::check_settings(&args.out, &settings(args, &sha256))?;
     let clips = args.out.join("clips");
     fs::create_dir_all(&clips).with_context(|| format!("cannot make {}", clips.display()))?;
     // Sequences of a person are neighbours: few parts look for the same shape.
@@ -136,12 +142,10 @@ pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
 }
 
 /// What must be the same for fits in one folder to go together.
-fn settings_text(args: &FitAllArgs, sha256: &str) -> String {
-    let settings = format!("{:?}", args.settings);
-    // The body may lie elsewhere, if it is the same one.
-    let body = format!("{:?}", args.settings.body);
-    let settings = settings.replace(&body, sha256);
-    format!("{settings} at {} Hz", args.rate)
+fn settings(args: &FitAllArgs, sha256: &str) -> Vec<(&'static str, String)> {
+    let mut settings = args.settings.told(sha256);
+    settings.push(("rate", format!("{} Hz", args.rate)));
+    settings
 }
 
 /// Shape and joints of each person of `ours`: in the folder already, or fitted. The second are the people
@@ -223,7 +227,7 @@ fn shapes(
                 shapes.keep(&args.out, person, found)?;
             }
             Err(error) => {
-                shapeless.insert(person.to_owned(), format!("{error:#}"));
+                shapeless.insert(person.to_owned(), sentence(&error));
             }
         }
     }
@@ -282,6 +286,8 @@ fn fit_all(
     let mut failed = BTreeMap::new();
     let mut waiting = Vec::new();
     let mut frames = 0;
+    // Names of sequences by unit and up axis, in which all should be alike.
+    let mut kinds: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     for capture in found {
         if is_there(&args.out, capture) {
             continue;
@@ -290,16 +296,29 @@ fn fit_all(
         match open(args, body, capture) {
             Ok(scans) => {
                 frames += scans.frame_count() as u64;
+                let kind = format!("in {}, {} up", scans.unit.name(), scans.up.name());
+                kinds.entry(kind).or_default().push(&capture.name);
+                for doubt in &scans.doubts {
+                    say(&format!("check {}: {doubt}", capture.name));
+                }
                 waiting.push(capture);
             }
             Err(error) => {
-                failed.insert(capture.name.clone(), error.to_string());
+                failed.insert(capture.name.clone(), sentence(&error.into()));
             }
         }
     }
     let there = found.len() - waiting.len() - failed.len();
     if there > 0 {
         say(&format!("{there} sequences are there already"));
+    }
+    let usual = kinds.values().map(Vec::len).max();
+    for (kind, names) in &kinds {
+        let count = names.len();
+        match kinds.len() > 1 && Some(count) < usual {
+            false => say(&format!("sequences {kind}: {count}")),
+            true => say(&format!("check: sequences {kind}: {}", names.join(", "))),
+        }
     }
     let pool = rayon::ThreadPoolBuilder::new().build()?;
     let jobs = match args.jobs {
@@ -316,14 +335,21 @@ fn fit_all(
         bar: progress_bar(frames),
     };
     let next = AtomicUsize::new(0);
+    let is_full = AtomicBool::new(false);
     let told = Mutex::new(failed);
     std::thread::scope(|scope| {
         for _ in 0..jobs.min(waiting.len()) {
             scope.spawn(|| {
                 while let Some(capture) = waiting.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if let Err(error) = fit_one(&work, capture) {
+                    let fitted = match is_full.load(Ordering::Relaxed) {
+                        false => fit_one(&work, capture),
+                        true => Err(anyhow!("not fitted, because the disk is full")),
+                    };
+                    if let Err(error) = fitted {
+                        // Others would work for nothing.
+                        is_full.fetch_or(tells_full_disk(&error), Ordering::Relaxed);
                         let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-                        told.insert(capture.name.clone(), format!("{error:#}"));
+                        told.insert(capture.name.clone(), sentence(&error));
                     }
                 }
             });
@@ -331,6 +357,14 @@ fn fit_all(
     });
     work.bar.finish_and_clear();
     Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+fn tells_full_disk(error: &anyhow::Error) -> bool {
+    let refusals = error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>());
+    let kinds: Vec<ErrorKind> = refusals.map(std::io::Error::kind).collect();
+    kinds.contains(&ErrorKind::StorageFull) || kinds.contains(&ErrorKind::QuotaExceeded)
 }
 
 fn fit_one(work: &Work<'_>, capture: &Capture) -> anyhow::Result<()> {
@@ -372,7 +406,10 @@ fn fit_path(out: &Path, capture: &Capture) -> PathBuf {
 
 fn clip_name(capture: &Capture) -> String {
     // What stands between motion and person may not stand in them.
-    format!("{}__{}", capture.motion.replace("__", "_"), capture.person)
+    let parts: Vec<&str> = (capture.motion.split('_'))
+        .filter(|part| !part.is_empty())
+        .collect();
+    format!("{}__{}", parts.join("_"), capture.person)
 }
 
 fn clip_path(out: &Path, capture: &Capture) -> PathBuf {

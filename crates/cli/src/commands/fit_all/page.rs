@@ -50,7 +50,13 @@ pub fn write(
     for capture in captures {
         if !failed.contains_key(&capture.name) {
             let read = tell(out, capture);
-            told.push(read.with_context(|| format!("the fit of {}", capture.name))?);
+            told.push(read.with_context(|| {
+                let path = fit_path(out, capture);
+                format!(
+                    "{} is no whole fit; remove it, and the same command fits it again",
+                    path.display()
+                )
+            })?);
         }
     }
     let mut report = Report::new("Fitted captures");

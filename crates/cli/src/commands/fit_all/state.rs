@@ -150,21 +150,61 @@ fn place(value: &Value) -> Option<Vec3> {
     <[f32; 3]>::try_from(numbers?).ok().map(Vec3::from_array)
 }
 
+/// The settings of a folder's fits, a line each.
+const SETTINGS: &str = "settings.txt";
+
 /// Keeps the settings of a folder's first run, and refuses others.
-pub fn check_settings(out: &Path, settings: &str) -> anyhow::Result<()> {
-    let path = out.join("settings.txt");
-    if write_first(&path, settings.as_bytes())? {
+pub fn check_settings(out: &Path, settings: &[(&str, String)]) -> anyhow::Result<()> {
+    let path = out.join(SETTINGS);
+    let lines: Vec<String> = settings
+        .iter()
+        .map(|(name, value)| format!("{name}: {value}"))
+        .collect();
+    let text = lines.join("\n") + "\n";
+    if write_first(&path, text.as_bytes())? {
         return Ok(());
     }
     let before =
         fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    if before != settings {
-        bail!(
-            "{} has fits of other settings; choose another --out, or the settings of before: {before}",
-            out.display()
-        );
+    if before == text {
+        return Ok(());
     }
-    Ok(())
+    let before: Vec<&str> = before.lines().collect();
+    let missing = |of: &[&str], among: &[&str]| {
+        let lines = of.iter().filter(|line| !among.contains(line));
+        lines.copied().collect::<Vec<_>>().join(", ")
+    };
+    let now: Vec<&str> = lines.iter().map(String::as_str).collect();
+    bail!(
+        "{} has fits of other settings ({}; now {}); choose another --out, or the settings of before",
+        out.display(),
+        missing(&before, &now),
+        missing(&now, &before)
+    )
+}
+
+/// Removes the settings of a folder in which there is neither a fit nor a person's shape. The folder must be
+/// locked against others.
+pub fn forget_unused_settings(out: &Path) -> anyhow::Result<()> {
+    let path = out.join(SETTINGS);
+    let is_used = !Shapes::read(out)?.0.is_empty() || has_fits(out)?;
+    if is_used || !path.exists() {
+        return Ok(());
+    }
+    fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))
+}
+
+fn has_fits(out: &Path) -> anyhow::Result<bool> {
+    let entries = fs::read_dir(out).with_context(|| format!("cannot list {}", out.display()))?;
+    for entry in entries {
+        let path = entry
+            .with_context(|| format!("cannot list {}", out.display()))?
+            .path();
+        if path.extension().is_some_and(|end| end == "npz") {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Removes what a killed run left half written of fits that nobody else writes.

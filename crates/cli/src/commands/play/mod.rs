@@ -203,7 +203,8 @@ fn load(body: &Path) -> anyhow::Result<Model> {
             named.display()
         );
     };
-    let read = |name: &str| fs::read(folder.join(name)).map_err(|error| error.to_string());
+    let read =
+        |name: &str| fs::read(folder.join(name)).map_err(|error| dynaskin_files::reason(&error));
     let bundle = folder.join("bundle.json");
     let json = fs::read(&bundle).with_context(|| format!("cannot read {}", bundle.display()))?;
     Model::load(&json, &mut |name| read(name)).with_context(|| {

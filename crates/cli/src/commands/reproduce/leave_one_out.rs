@@ -58,6 +58,11 @@ pub fn page(stage: &mut Stage) -> anyhow::Result<Report> {
         "ratio",
     ]);
     let mut plots = Vec::new();
+    let clips = MOTIONS
+        .iter()
+        .filter_map(|motion| stage.held_out(motion.trials, None));
+    let clips = clips.count();
+    stage.begin(clips);
     for motion in &MOTIONS {
         let [method, smpl] = motion.paper_cm;
         table.row(cells(

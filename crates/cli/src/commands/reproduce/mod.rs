@@ -18,11 +18,12 @@ use dynaskin_motion::MODEL_RATE_HZ;
 use dynaskin_report::{Curve, Plot, Report, Table};
 use dynaskin_runtime::{Bundle, BundleFile};
 use dynaskin_train::{ClipEntry, DataSet, Set, Split};
+use indicatif::ProgressBar;
 
 use super::evaluate::bundles::stored_split;
 use super::evaluate::subject::thousands;
 use super::say;
-use super::train::read_body;
+use super::train::{clip_bar, read_body};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -107,10 +108,13 @@ struct Stage {
     body: BodyModel,
     /// Plain skinning, then the models in their order.
     contestants: Vec<Contestant>,
+    bar: ProgressBar,
 }
 
 /// Runs the command.
 pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
+    // Before the minutes that large networks play.
+    dynaskin_files::check_place(&args.out)?;
     let (shown, players) = models(args)?;
     let stage = || Stage::open(args, &shown, players);
     let mut report = match args.figure {
@@ -127,10 +131,6 @@ pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
             training_section(&mut report, &shown);
         }
         sizes::section(&mut report, &shown)?;
-    }
-    if let Some(folder) = args.out.parent() {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("{}: making the page's folder", folder.display()))?;
     }
     report.write(&args.out)?;
     say(&format!(
@@ -223,6 +223,7 @@ impl Stage {
             data_set,
             body,
             contestants,
+            bar: ProgressBar::hidden(),
         })
     }
 
@@ -247,13 +248,25 @@ impl Stage {
             })
     }
 
+    /// Shows progress, of so many clips that will be played to all contestants.
+    fn begin(&mut self, clips: usize) {
+        let plays = clips * self.contestants.len();
+        self.bar = clip_bar("playing held-out clips");
+        self.bar.set_length(plays as u64);
+    }
+
     fn curves(&mut self, clip: &ClipEntry) -> anyhow::Result<ClipCurves> {
-        Ok(curves(
+        let played = curves(
             &mut self.contestants,
             &self.data_set,
             &self.body,
             clip,
-        )?)
+            || self.bar.inc(1),
+        )?;
+        if Some(self.bar.position()) >= self.bar.length() {
+            self.bar.finish_and_clear();
+        }
+        Ok(played)
     }
 
     /// A plot of the mean error over a group of vertices, by [`group_names`].

@@ -20,6 +20,7 @@ pub fn page(stage: &mut Stage, name: Option<&str>) -> anyhow::Result<Report> {
             ONE_LEG_HOPS.join(" or ")
         ),
     })?;
+    stage.begin(1);
     let curves = stage.curves(&clip)?;
     let mut report = Report::new("Figure 8 of DSNet (2021): error frame by frame");
     report.paragraph(&format!(

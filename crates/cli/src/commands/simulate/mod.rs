@@ -19,8 +19,9 @@ use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 use sha2::{Digest as _, Sha256};
 
 use super::motion_files::MotionFileArgs;
-use super::say;
 use super::shard::Shard;
+use super::train::glb_body;
+use super::{numbers, say};
 
 /// Shapes whose compliance a whole data set tells.
 const COMPLIANCE_SHAPES: usize = 512;
@@ -57,7 +58,7 @@ pub struct SimulateArgs {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Clips simulated at the same time; 0 takes one per processor.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = numbers::jobs)]
     jobs: usize,
     /// Training shapes to draw from.
     #[arg(long, default_value_t = TRAINING_SHAPES.len(),
@@ -122,8 +123,7 @@ pub enum Preset {
 pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     let bytes = fs::read(&args.body)
         .with_context(|| format!("cannot read the body {}", args.body.display()))?;
-    let body = BodyModel::from_glb(&bytes)
-        .with_context(|| format!("cannot use the body {}", args.body.display()))?;
+    let body = glb_body(&args.body, &bytes)?;
     let body_sha256 = hex(&Sha256::digest(&bytes));
     if let Some(path) = &args.report {
         let motions = match &args.mocap {

@@ -12,7 +12,7 @@ mod subspaces;
 use std::fs;
 use std::path::Path;
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use clap::{ArgMatches, Args, Command, FromArgMatches, Subcommand};
 use dynaskin_baselines::dsnet::ShapeInput;
 use dynaskin_body::{BodyModel, Trait};
@@ -230,9 +230,18 @@ fn data_set(common: &CommonArgs, body_sha256: &str) -> anyhow::Result<(DataSet, 
 pub(in crate::commands) fn read_body(path: &Path) -> anyhow::Result<(BodyModel, Vec<u8>)> {
     let bytes =
         fs::read(path).with_context(|| format!("cannot read the body {}", path.display()))?;
-    let body = BodyModel::from_glb(&bytes)
-        .with_context(|| format!("cannot use the body {}", path.display()))?;
-    Ok((body, bytes))
+    Ok((glb_body(path, &bytes)?, bytes))
+}
+
+/// The body of a file that has been read.
+pub(in crate::commands) fn glb_body(path: &Path, bytes: &[u8]) -> anyhow::Result<BodyModel> {
+    if !bytes.starts_with(b"glTF") {
+        bail!(
+            "{} is no GLB file, as bodies are; `dynaskin body import` makes one of a SMPL body in an .npz archive",
+            path.display()
+        );
+    }
+    BodyModel::from_glb(bytes).with_context(|| format!("cannot use the body {}", path.display()))
 }
 
 /// Plays the held-out clips and measures.
