@@ -27,17 +27,23 @@ pub fn facts(
     let kinds = Vec::from_iter(kinds).join(", ");
     let simulator = simulator(&data_set.sim_json);
     let data = if data_set.is_simulated() {
-        let formula = match kinds.is_empty() {
-            true => String::new(),
-            false => format!(
-                " and {} clips of motions made by formula ({kinds})",
+        let cmu = format!("{captured} clips of CMU motion captures (mocap.cs.cmu.edu)");
+        let clips = match (captured, kinds.is_empty()) {
+            (_, true) => cmu,
+            // Named by the user: where they come from is not told.
+            (0, false) => format!("{} clips ({kinds})", training().count()),
+            (_, false) => format!(
+                "{cmu} and {} clips of motions made by formula ({kinds})",
                 training().count() - captured
             ),
         };
+        let varied = match varied {
+            0 => String::new(),
+            varied => format!("; {varied} of them with tissue of other stiffness and damping"),
+        };
         format!(
-            "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {captured} clips of \
-             CMU motion captures (mocap.cs.cmu.edu){formula}, each at most {longest:.1} seconds; \
-             {varied} of them with tissue of other stiffness and damping.",
+            "Soft tissue simulated by `dynaskin simulate` on {} body shapes: {clips}, each at most \
+             {longest:.1} seconds{varied}.",
             shapes.len()
         )
     } else {
