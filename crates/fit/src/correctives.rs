@@ -45,9 +45,9 @@ impl Chosen {
         Cow::Owned(rest_m)
     }
 
-    /// Whether the body has no correctives.
-    pub fn is_rigid(&self) -> bool {
-        self.dirs_m.is_empty()
+    /// Whether the body has correctives.
+    pub fn has_correctives(&self) -> bool {
+        !self.dirs_m.is_empty()
     }
 
     /// What the correctives of turns of all joints but the pelvis change in the rest position of the vertex at

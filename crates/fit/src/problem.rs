@@ -262,9 +262,10 @@ impl Problem<'_> {
         let shape_maps_m = self.shape_maps_m(&frame);
         // Near the body, so that products of distances lose no digits.
         let centre_m = frame.joint_position_m[Joint::Pelvis as usize];
-        let turns = match self.chosen.is_rigid() {
-            true => Vec::new(),
-            false => turns(&frame.joint_rotation),
+        let turns = if self.chosen.has_correctives() {
+            turns(&frame.joint_rotation)
+        } else {
+            Vec::new()
         };
         // Columns of pose correctives, which follow those of β.
         let has_columns = std::ptr::eq(self.chosen, self.coarse);
