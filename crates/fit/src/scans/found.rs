@@ -17,13 +17,8 @@ const UPRIGHT: f64 = 0.766;
 /// Least volume of a person over that of the body model in its mean shape.
 const LEAST_VOLUME: f64 = 0.2;
 
-/// The unit in which the edges of a frame are as long as a person's. Edges hardly change with the pose.
-pub(super) fn unit(
-    path: &Path,
-    body: &BodyModel,
-    frame: &[Vec3],
-    notes: &mut Vec<String>,
-) -> Result<ScanUnit, FitError> {
+/// How much longer the edges of a frame are than the body model's, in the median.
+fn edge_ratio(body: &BodyModel, frame: &[Vec3]) -> f32 {
     let length = |places: &[Vec3], a: u32, b: u32| {
         let (a, b) = (places.get(a as usize)?, places.get(b as usize)?);
         let length = a.distance(*b);
@@ -35,7 +30,17 @@ pub(super) fn unit(
         .filter_map(|&[a, b, _]| Some(length(frame, a, b)? / length(&body.template_m, a, b)?))
         .collect();
     ratios.sort_by(f32::total_cmp);
-    let ratio = ratios.get(ratios.len() / 2).copied().unwrap_or_default();
+    ratios.get(ratios.len() / 2).copied().unwrap_or_default()
+}
+
+/// The unit in which the edges of a frame are as long as a person's. Edges hardly change with the pose.
+pub(super) fn unit(
+    path: &Path,
+    body: &BodyModel,
+    frame: &[Vec3],
+    notes: &mut Vec<String>,
+) -> Result<ScanUnit, FitError> {
+    let ratio = edge_ratio(body, frame);
     if frame.iter().all(|place| Some(place) == frame.first()) {
         let path = path.to_owned();
         return Err(FitError::Collapsed { path, frame: 0 });
@@ -64,6 +69,10 @@ pub(super) fn not_mirrored(
     body: &BodyModel,
     frame_m: &[Vec3],
 ) -> Result<(), FitError> {
+    // Vertices in another order make no surface, whose volume would tell something.
+    if !SCALES.contains(&edge_ratio(body, frame_m)) {
+        return Ok(());
+    }
     let own_m3 = volume_m3(&body.template_m, &body.faces);
     let ratio = volume_m3(frame_m, &body.faces) / own_m3;
     // A mesh that is open or crumpled tells nothing.
