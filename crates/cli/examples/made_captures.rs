@@ -1,5 +1,5 @@
 //! Makes a data set in the layout of Dyna, to try [From your captures to a page] without licensed files: ten people,
-//! 133 sequences of 2 to 15 s at 60 Hz, and a body of SMPL's layout.
+//! 133 sequences of 2 to 12 s at 60 Hz, and a body of SMPL's layout.
 //!
 //! ```sh
 //! cargo run --release -p dynaskin-cli --example made_captures -- MOCAP OUT
