@@ -90,6 +90,13 @@ pub(crate) struct Normal {
     pub gradient: DVector<f64>,
 }
 
+impl Normal {
+    /// By how much these equations say that a change of the parameters lowers the cost, in m².
+    pub fn gain(&self, change: &DVector<f64>) -> f64 {
+        -(self.gradient.dot(change) + 0.5 * change.dot(&(&self.hessian * change)))
+    }
+}
+
 impl Estimate {
     pub fn new(
         body: &BodyModel,

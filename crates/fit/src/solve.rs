@@ -19,7 +19,7 @@ const FLOOR: f64 = 1e-9;
 const EXACT_M: f64 = 3e-7;
 
 /// Lowers the problem's cost from `start` by at most `max_steps` steps, until one lowers it by less than the
-/// part `enough`.
+/// part `enough`, or would by the normal equations.
 pub(crate) fn solve(
     problem: &Problem<'_>,
     start: Estimate,
@@ -31,14 +31,19 @@ pub(crate) fn solve(
     let exact = EXACT_M * EXACT_M * problem.weight_sum();
     let mut damping = FIRST_DAMPING;
     for step in 1..=max_steps {
-        let mut change = None;
-        while change.is_none() && damping < LAST_DAMPING {
-            let tried = damped(&normal.hessian, damping)
+        let mut gained = None;
+        while gained.is_none() && damping < LAST_DAMPING {
+            let change = damped(&normal.hessian, damping)
                 .cholesky()
                 .map(|factors| -factors.solve(&normal.gradient))
-                .filter(|step| step.iter().all(|x| x.is_finite()))
-                .map(|step| estimate.moved(problem.body, &step));
-            if let Some(tried) = tried {
+                .filter(|step| step.iter().all(|x| x.is_finite()));
+            if let Some(change) = change {
+                let tried = estimate.moved(problem.body, &change);
+                // Near the minimum the cost's single-precision rounding hides what a step gains; the
+                // gradient still tells the direction.
+                if normal.gain(&change) <= enough * normal.cost {
+                    return tried;
+                }
                 // Most steps are taken, so cost and equations are summed at once. After the last step nobody
                 // needs the equations.
                 if step == max_steps {
@@ -48,7 +53,7 @@ pub(crate) fn solve(
                 } else {
                     let next = problem.normal(&tried);
                     if next.cost < normal.cost {
-                        change = Some(normal.cost - next.cost);
+                        gained = Some(normal.cost - next.cost);
                         (estimate, normal) = (tried, next);
                         damping = (damping * 0.1).max(1e-9);
                         continue;
@@ -57,7 +62,7 @@ pub(crate) fn solve(
             }
             damping *= 10.0;
         }
-        if change.is_none_or(|change| change <= enough * normal.cost) || normal.cost <= exact {
+        if gained.is_none_or(|gained| gained <= enough * normal.cost) || normal.cost <= exact {
             break;
         }
     }
