@@ -265,6 +265,19 @@ impl Problem<'_> {
 
     /// Gauss-Newton normal equations at an estimate, with the robust weights of its residuals.
     pub fn normal(&self, estimate: &Estimate) -> Normal {
+        let mut normal = self.without_prior(estimate);
+        normal.cost += self.prior_cost(estimate);
+        if self.beside == Beside::Shape {
+            for (i, beta) in estimate.shape.iter().enumerate() {
+                normal.hessian[(POSE + i, POSE + i)] += self.prior();
+                normal.gradient[POSE + i] += self.prior() * beta;
+            }
+        }
+        normal
+    }
+
+    /// The same of the residuals alone, without the prior of β.
+    fn without_prior(&self, estimate: &Estimate) -> Normal {
         let frame = self.frame(estimate);
         let shape_maps_m = self.shape_maps_m(&frame);
         // Near the body, so that products of distances lose no digits.
@@ -280,7 +293,7 @@ impl Problem<'_> {
         let mut twists = Twists::new(shape_maps_m.len() + columns);
         let mut own = vec![DVec3::ZERO; shape_maps_m.len() + columns];
         let mut pulls_m = Vec::new();
-        let mut cost = self.prior_cost(estimate);
+        let mut cost = 0.0;
         for (index, &vertex) in self.chosen.vertices.iter().enumerate() {
             let vertex = vertex as usize;
             let residual = self.residual(&frame, vertex);
@@ -329,30 +342,13 @@ impl Problem<'_> {
                 chosen: self.coarse,
                 ..*self
             };
-            hessian = few.hessian_alone(estimate) * (self.weight_sum() / few.weight_sum());
-        }
-        if self.beside == Beside::Shape {
-            for (i, beta) in estimate.shape.iter().enumerate() {
-                hessian[(POSE + i, POSE + i)] += self.prior();
-                gradient[POSE + i] += self.prior() * beta;
-            }
+            hessian = few.without_prior(estimate).hessian * (self.weight_sum() / few.weight_sum());
         }
         Normal {
             cost,
             hessian,
             gradient,
         }
-    }
-
-    /// The Hessian without the prior of β.
-    fn hessian_alone(&self, estimate: &Estimate) -> DMatrix<f64> {
-        let mut hessian = self.normal(estimate).hessian;
-        if self.beside == Beside::Shape {
-            for unknown in POSE..POSE + SHAPE_COUNT {
-                hessian[(unknown, unknown)] -= self.prior();
-            }
-        }
-        hessian
     }
 
     /// The unknowns that move branches.
