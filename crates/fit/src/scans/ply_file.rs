@@ -108,7 +108,9 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, FitError> {
     let vertex = &header.elements["vertex"];
     for axis in ["x", "y", "z"] {
         if !vertex.properties.contains_key(axis) {
-            return Err(failed(format!("element `vertex` has no property `{axis}`")));
+            return Err(failed(format!(
+                "element `vertex` has no property `{axis}`; export the mesh with positions"
+            )));
         }
     }
     Ok(Mesh {
@@ -126,7 +128,7 @@ fn check_count(element: &ElementDef, bytes: usize) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!(
-            "the header says {} of element `{}`, more than the file can hold",
+            "the header says {} of element `{}`, more than the file can hold; copy the file or export the mesh again",
             element.count, element.name
         ))
     }
