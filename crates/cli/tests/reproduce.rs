@@ -150,6 +150,11 @@ fn figures_of_the_papers_stand_beside_theirs() {
     reproduce("casas-fig7", &["--data", &data], &["needs --model"]);
     reproduce("casas-fig7", &["--model", &casas], &["needs --data"]);
     reproduce("casas-fig5", &[], &["needs --subspaces"]);
+    let pages = tempfile::tempdir().unwrap();
+    fs::write(pages.path().join("bundle.json"), "<!doctype html>").unwrap();
+    let pages = pages.path().to_str().unwrap();
+    let model = ["--model", pages, "--data", &data];
+    reproduce("casas-fig7", &model, &[pages, "it is a web page"]);
     let folder = folder.path().to_str().unwrap();
     refused(
         &["reproduce", "parameters", "--out", folder],

@@ -116,6 +116,7 @@ fn a_bundle_that_is_not_whole_is_refused() {
     };
     for (name, bytes, expected) in [
         ("bundle.json", Some(&b"{"[..]), "bundle.json"),
+        ("bundle.json", Some(b"<!doctype html>"), "web page"),
         ("bundle.json", None, "bundle.json"),
         ("predictor.onnx", None, "predictor.onnx"),
         ("decoder.onnx", Some(b"another file"), "decoder.onnx"),

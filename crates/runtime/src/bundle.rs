@@ -304,7 +304,13 @@ const fn unknown() -> Learned {
 
 fn parse<'a, T: Deserialize<'a>>(json: &'a [u8]) -> Result<T, RuntimeError> {
     serde_json::from_slice(json).map_err(|error| RuntimeError::BundleJson {
-        reason: error.to_string(),
+        reason: match json.trim_ascii_start().first() {
+            None => "it is empty".to_owned(),
+            // What many servers answer where no file is.
+            Some(b'<') => "it is a web page".to_owned(),
+            Some(b'{') => error.to_string(),
+            Some(_) => "it is another kind of file".to_owned(),
+        },
     })
 }
 

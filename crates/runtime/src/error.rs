@@ -28,9 +28,11 @@ impl fmt::Display for Network {
 #[non_exhaustive]
 pub enum RuntimeError {
     /// `bundle.json` is not JSON, or a field is missing or of the wrong type.
-    #[error("bundle.json cannot be read: {reason}; write it again with `dynaskin train`")]
+    #[error(
+        "bundle.json cannot be read: {reason}; download it again, or write it with `dynaskin train`"
+    )]
     BundleJson {
-        /// What the JSON parser found, with line and column.
+        /// What kind of file it is instead, or what the JSON parser found, with line and column.
         reason: String,
     },
     /// `bundle.json` is of a kind or version this build does not know.

@@ -56,6 +56,15 @@ fn bundle_json_is_checked_field_by_field() {
         let error = Bundle::from_json(&good.as_bytes()[..cut]).unwrap_err();
         assert_eq!(kind(&error), "BundleJson", "cut at {cut}");
     }
+    for (other, words) in [
+        ("\n<!doctype html>", "it is a web page"),
+        (" \n", "it is empty"),
+        ("glTF", "it is another kind of file"),
+        ("{\"format\": 3}", "line 1 column"),
+    ] {
+        let told = Bundle::from_json(other.as_bytes()).unwrap_err().to_string();
+        assert!(told.contains(words), "{told}");
+    }
     for (from, to, code) in [
         ("\"version\": 2", "\"version\": 3", "BundleVersion"),
         ("\"version\": 2", "\"version\": 0", "BundleVersion"),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, bail};
 use dynaskin_evaluate::{Method, Player};
 use dynaskin_runtime::Bundle;
-use dynaskin_train::Split;
+use dynaskin_train::{Split, TrainError};
 
 /// A bundle with its networks.
 pub struct Found {
@@ -45,6 +45,14 @@ fn method_of(bundle: &Bundle) -> Option<Method> {
     Method::from_name(bundle.training.get("method")?.as_str()?)
 }
 
+/// The networks of the bundle in a folder, and its `bundle.json`. An error names the folder or the file.
+pub fn load(folder: &Path) -> anyhow::Result<(Player, Bundle)> {
+    Player::load(folder).map_err(|error| match error {
+        TrainError::Io { .. } => error.into(),
+        other => anyhow::Error::from(other).context(folder.display().to_string()),
+    })
+}
+
 /// The bundles in the folders of `folder`, in the order of the methods. They have to belong to the
 /// body and the vertices of `reference`, and may not have learned from what `split` holds out.
 pub fn others(
@@ -62,7 +70,7 @@ pub fn others(
         if !path.join("bundle.json").is_file() {
             continue;
         }
-        let (player, bundle) = Player::load(&path)?;
+        let (player, bundle) = load(&path)?;
         let place = path.display();
         if bundle.body.sha256 != reference.body.sha256 {
             bail!("{place} belongs to another body: train it again, or take it away");

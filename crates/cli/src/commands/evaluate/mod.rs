@@ -80,7 +80,7 @@ pub struct EvaluateArgs {
 
 /// Runs `dynaskin evaluate`.
 pub fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
-    let (mut player, bundle) = Player::load(&args.model)?;
+    let (mut player, bundle) = bundles::load(&args.model)?;
     let own = args.model.join(&bundle.body.file);
     let (body, body_glb) = read_body(args.body.as_ref().unwrap_or(&own))?;
     bundle.body.verify(&body_glb)?;

@@ -20,7 +20,7 @@ use dynaskin_runtime::{Bundle, BundleFile};
 use dynaskin_train::{ClipEntry, DataSet, Set, Split};
 use indicatif::ProgressBar;
 
-use super::evaluate::bundles::stored_split;
+use super::evaluate::bundles::{load, stored_split};
 use super::evaluate::subject::thousands;
 use super::say;
 use super::train::{clip_bar, read_body};
@@ -154,7 +154,7 @@ fn models(args: &ReproduceArgs) -> anyhow::Result<(Vec<Shown>, Vec<Player>)> {
     }
     let (mut shown, mut players) = (Vec::new(), Vec::new());
     for folder in &args.model {
-        let (player, bundle) = Player::load(folder)?;
+        let (player, bundle) = load(folder)?;
         let told = bundle.training.get("method").and_then(|name| name.as_str());
         let method = told.and_then(Method::from_name);
         if !method.is_some_and(|method| methods.contains(&method)) {
