@@ -145,6 +145,18 @@ test("a BVH file plays, moves soft tissue and leaves the skull alone", async ({ 
   await expectRealTissue(page, "own-hop", { chest: [0.01, 0.15] });
 });
 
+test("a link to a file plays the motion that is nearest to it", async ({ page }) => {
+  await openDemo(page, "?motion=twist&tempo=1.4");
+  await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
+  await dropFile(page, "three hops.bvh", hopFile());
+  await expect(page.locator("#now-playing")).toContainText("three hops.bvh");
+  await page.locator("#link-copy").click();
+  await expect(page.locator("#toasts")).toContainText(/three hops.bvh stays .* plays Hop instead/);
+  const link = new URL(await page.evaluate(() => navigator.clipboard.readText()));
+  expect(link.searchParams.get("motion")).toBe("hop");
+  expect(link.searchParams.get("tempo")).toBeNull();
+});
+
 test("a captured jump plays, moves soft tissue and leaves the skull alone", async ({ page }) => {
   const file = join(SHARED, "mocap", "train", "16_04.bvh");
   test.skip(!existsSync(file), "needs ../shared/mocap/train/16_04.bvh");

@@ -9,6 +9,7 @@ mod error;
 mod file;
 mod glb;
 mod interpolate;
+mod nearest;
 mod options;
 mod other_kind;
 mod procedural;

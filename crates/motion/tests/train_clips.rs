@@ -2,18 +2,10 @@
 
 mod common;
 
-use std::path::PathBuf;
-
 use common::female_joints_m;
+use common::poses::shared;
 use dynaskin_body::{Joint, Pose};
 use dynaskin_motion::{Bvh, LengthUnit, retarget};
-
-fn shared() -> PathBuf {
-    std::env::var_os("DYNASKIN_SHARED").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),
-        PathBuf::from,
-    )
-}
 
 #[test]
 fn every_training_clip_retargets_with_feet_on_the_floor() {

@@ -224,15 +224,7 @@ impl CoreMotion {
             rate_hz,
             up.as_deref(),
         )?;
-        let rest_m: Vec<Vec3> = joints_rest_m
-            .chunks_exact(3)
-            .map(Vec3::from_slice)
-            .collect();
-        let rest_m = <[Vec3; JOINT_COUNT]>::try_from(rest_m).map_err(|_| {
-            Thrown::argument(format!(
-                "There are {JOINT_COUNT} rest joints, three numbers each."
-            ))
-        })?;
+        let rest_m = rest_joints(joints_rest_m)?;
         let mut tell = |done: f64| {
             // Whoever listens cannot stop the reading, so its errors are of no use here.
             let _ = progress.call1(&JsValue::NULL, &done.into());
@@ -299,6 +291,19 @@ impl CoreMotion {
         self.clip.turn_to_front();
     }
 
+    /// Name of the procedural motion that resembles it most, of a body with these rest joints, `[joint][3]` in metres.
+    ///
+    /// # Errors
+    /// Throws `argument` for other than 24 joints, and `motion` in the slim core, where files are not read.
+    pub fn nearest(&self, joints_rest_m: &[f32]) -> Result<String, JsValue> {
+        if !READS_FILES {
+            return Err(no_files().into());
+        }
+        let rest_m = rest_joints(joints_rest_m)?;
+        let kind = ProceduralKind::nearest(&self.clip, &rest_m).map_err(Thrown::from)?;
+        Ok(kind.name().to_owned())
+    }
+
     /// For a file of named joints, what became of them: an object with `mapped`, `missing`, `unmapped`,
     /// `unit`, `frameSeconds` and `notes`; for other clips null.
     ///
@@ -311,6 +316,16 @@ impl CoreMotion {
             None => Ok(JsValue::NULL),
         }
     }
+}
+
+/// Rest joints from three numbers each.
+fn rest_joints(numbers_m: &[f32]) -> Result<[Vec3; JOINT_COUNT], Thrown> {
+    let rest_m: Vec<Vec3> = numbers_m.chunks_exact(3).map(Vec3::from_slice).collect();
+    rest_m.try_into().map_err(|_| {
+        Thrown::argument(format!(
+            "There are {JOINT_COUNT} rest joints, three numbers each."
+        ))
+    })
 }
 
 fn report_json(report: &JointReport) -> Value {

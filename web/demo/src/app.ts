@@ -245,6 +245,10 @@ export class App {
         this.#program.setFile({ name, bytes });
         wait(this.store, { motion: false });
         leaveClip(this.store);
+        // A link cannot hold the file.
+        const avatar = this.#playback?.avatar;
+        const nearest = avatar && motion.nearestProcedural(avatar);
+        if (nearest) this.store.change({ motion: nearest, tempoHz: null, heightM: null });
         announcePlaying(this.store.state, this.#program.label);
       },
     });

@@ -25,7 +25,7 @@ export function bindDialogs(store: PageStore, code: () => string): void {
   byId("link-copy").addEventListener("click", () => {
     const { file, motion } = store.state;
     const note = file
-      ? `${file.name} stays on this computer: the link on the clipboard plays ${motionLabel(motion)} instead.`
+      ? `${file.name} stays on this computer: the link on the clipboard plays ${motionLabel(motion)} instead, the motion of this page that is nearest to it.`
       : "The link to this very view is on the clipboard.";
     void copyText(location.href, note);
   });

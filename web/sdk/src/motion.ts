@@ -289,6 +289,21 @@ export class Motion {
     return this;
   }
 
+  /**
+   * Which of the procedural motions it resembles most, by how fast the joints turn and the pelvis rises, and whether left
+   * and right do the same or take turns: what to play where a file cannot be, as behind a link.
+   *
+   * @param avatar - the avatar whose skeleton the motion is for
+   * @throws DynaSkinError `argument` for another argument, `disposed`, and `motion` in `dynaskin/slim`, which reads no
+   *   motion files
+   */
+  nearestProcedural(avatar: Avatar): ProceduralName {
+    checkAvatar(avatar);
+    const raw = this.#raw;
+    if (!raw) throw new DynaSkinError("disposed", "This motion was used after dispose().");
+    return this.#core.guard(() => raw.nearest(avatar.restJointsM()) as ProceduralName);
+  }
+
   /** Frees the motion's memory. May be called again. */
   dispose(): void {
     this.#core.free(this.#raw);

@@ -261,6 +261,21 @@ describe("poseAt", () => {
     expect(() => facing.turnToFront()).toThrow("after dispose()");
   });
 
+  it("tells which procedural motion poses resemble", () => {
+    for (const name of ["jump", "walk", "twist"] as const) {
+      const made = Motion.procedural(name, avatar, { tempoHz: name === "jump" ? 0.4 : 1.5 });
+      const poses = new Float64Array(7 * 60 * POSE_LENGTH);
+      for (let frame = 0; frame < 7 * 60; frame += 1) {
+        poses.set(made.poseAt(0.6 + frame / 60), frame * POSE_LENGTH);
+      }
+      const motion = Motion.fromPoses(poses, 60, avatar, "unnamed");
+      expect(motion.nearestProcedural(avatar)).toBe(name);
+      motion.dispose();
+      expect(() => motion.nearestProcedural(avatar)).toThrow("after dispose()");
+      expect(() => made.nearestProcedural({} as Avatar)).toThrow("avatar");
+    }
+  });
+
   it("refuses an array of the wrong length, and use after dispose", async () => {
     const motion = Motion.procedural("walk", avatar);
     await expectError("argument", () => motion.poseAt(0, new Float64Array(3)));

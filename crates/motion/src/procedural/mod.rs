@@ -16,6 +16,7 @@ use glam::Vec3;
 use crate::clip::check_range;
 use crate::{Clip, MODEL_RATE_HZ, MotionError};
 use ik::{IkSolver, StanceAt};
+pub(crate) use parameters::{LEAD_SECONDS, TAIL_SECONDS};
 pub use parameters::{Procedural, ProceduralKind};
 
 impl Procedural {
