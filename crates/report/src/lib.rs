@@ -88,12 +88,12 @@ impl Report {
         self.parts.push(html! { p { (text) } });
     }
 
-    /// Adds a table. Cells that begin with a digit or a sign are set to the right; line breaks in
-    /// them are kept.
+    /// Adds a table. Cells that begin with a digit or a sign are set to the right, but for names of clips such as
+    /// `50002_hop`; line breaks in them are kept.
     pub fn table(&mut self, table: &Table) {
         let numeric = |cell: &str| {
             let text = cell.trim_start_matches(['+', '-', '−', '±', '<', '>', ' ']);
-            text.starts_with(|c: char| c.is_ascii_digit())
+            text.starts_with(|c: char| c.is_ascii_digit()) && !text.contains('_')
         };
         self.parts.push(html! {
             div.wide { table {

@@ -26,6 +26,7 @@ fn a_report_is_one_page_with_its_text_escaped() {
     let mut table = Table::new(["region", "Hz"]);
     table.row(vec!["chest".to_owned(), "4.4".to_owned()]);
     table.marked_row(vec!["belly".to_owned(), "−0.5".to_owned()]);
+    table.row(vec!["50002_hop".to_owned(), "0.1".to_owned()]);
     report.table(&table);
     report
         .plot(&plot(vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, -3.0)]))
@@ -38,6 +39,7 @@ fn a_report_is_one_page_with_its_text_escaped() {
     );
     assert!(html.contains("<td class=\"number\">4.4</td>"));
     assert!(html.contains("belly</td><td class=\"number\">−0.5</td>"));
+    assert!(html.contains("<td>50002_hop</td>"));
     assert_eq!(html.matches("class=\"marked\"").count(), 1, "{html}");
     assert!(html.contains("<svg") && html.contains("displacement (mm)"));
     assert!(html.contains("chest &amp; belly") && !html.contains("NaN"));
