@@ -1,5 +1,8 @@
 //! Which procedural motion a clip resembles.
 
+// A failed step of a test is a failed test.
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{female_joints_m, joints_m};
