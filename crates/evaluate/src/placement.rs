@@ -75,7 +75,7 @@ impl Placement {
 pub struct PlacementErrors {
     /// The place.
     pub placement: Placement,
-    /// Mean distance of predicted and simulated vertices in millimetres.
+    /// Mean distance of predicted and true vertices in millimetres.
     pub error_mm: f64,
     /// The same with no offsets.
     pub static_mm: f64,

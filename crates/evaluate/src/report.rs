@@ -17,7 +17,7 @@ const REST_SECONDS: f64 = 10.0;
 /// Mean errors over the frames of a set and some of its vertices, in millimetres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Mean distance of predicted and simulated vertex.
+    /// Mean distance of predicted and true vertex.
     pub error_mm: f64,
     /// The same with no offset at all: mean length of the simulated offsets.
     pub static_mm: f64,
@@ -118,7 +118,7 @@ pub fn evaluate(
         None => 0.0,
     };
     Ok(Report {
-        metric: "on clips of the usual tissue: mean distance of predicted and simulated vertices in millimetres, over the soft \
+        metric: "on clips of the usual tissue: mean distance of predicted and true vertices in millimetres, over the soft \
                  vertices (region weights summing to 0.5 or more) and all frames; static: the \
                  same with no offsets; floor: with the best latents for the decoder; ratio: error \
                  over static"

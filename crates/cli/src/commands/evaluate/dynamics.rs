@@ -5,6 +5,7 @@ use std::path::Path;
 use dynaskin_evaluate::study::{self, BANDS_HZ, ClipErrors, Comparison, Spectrum, signal_names};
 use dynaskin_report::{Curve, Plot, Report, Table};
 
+use super::motions::alike;
 use super::subject::{Methods, Subject};
 use super::tables::Csv;
 use crate::commands::train::clip_bar;
@@ -31,14 +32,13 @@ pub fn curve_section(
     comparison: &Comparison,
 ) -> anyhow::Result<()> {
     report.section("Three motions left out, frame by frame");
-    report.paragraph(
-        "The motions of figures 7 and 8 of Casas & Otaduy (2018), who leave them out one by one (section \
-         4.2): hops on one leg, jumping jacks, running in place. Here they are made by formula and left out \
-         together, at all tempos and on all shapes. Captures in which people move alike are learned from: \
-         one of the project's, 14_06, holds jumping jacks and jogging in place. Mean error over the soft \
-         vertices in millimetres (error over static), over all clips of the kind; below, one clip of each \
-         kind frame by frame.",
-    );
+    report.paragraph(&format!(
+        "The motions of figures 7 and 8 of Casas & Otaduy (2018), who leave them out one by one (section 4.2): hops on \
+         one leg, jumping jacks, running in place. Here they are left out together, at all tempos and on all shapes.{} \
+         Mean error over the soft vertices in millimetres (error over static), over all clips of the kind; below, one \
+         clip of each kind frame by frame.",
+        alike(subject)
+    ));
     let mut table = Table::new(["motion", "clips"]);
     table.head.extend(methods.labels().map(str::to_owned));
     let mut shown = Vec::new();

@@ -58,9 +58,9 @@ pub fn write(path: &Path, subject: &Subject<'_>, mut found: Vec<Found>) -> anyho
     ));
     report.paragraph(
         "Every method is played here on clips that it did not learn from, frame by frame, by the \
-         runtime that ships. Errors are distances between predicted and simulated vertices in \
-         millimetres. \"Static\" is plain skinning without soft tissue: its error is the length of \
-         the simulated offsets. Tissue is the usual one unless a section says otherwise. The numbers \
+         runtime that ships. Errors are distances between predicted vertices and those of the clips, simulated \
+         or captured, in millimetres. \"Static\" is plain skinning without soft tissue: its error is the length \
+         of the clips' offsets. Tissue is the usual one unless a section says otherwise. The numbers \
          of every table and plot stand in the CSV files beside this page.",
     );
     report.paragraph(

@@ -41,9 +41,8 @@ pub fn picture_section(
     report.paragraph(&format!(
         "Frame {frame} of {} ({}), the held-out frame with the largest offsets, {size_mm:.1} mm on \
          average over the soft vertices. First how far the skin is from plain skinning in the \
-         simulation. Then, for each method, how far it is in its prediction and in its reconstruction, \
-         which is the nearest to the simulation that its decoder can give, and how far both are from the \
-         simulation. (DSNet, figures 4 and 7.) The latents of a reconstruction are exact for linear \
+         clip. Then, for each method, how far it is in its prediction and in its reconstruction, which is \
+         the nearest to the clip that its decoder can give, and how far both are from the clip. (DSNet, figures 4 and 7.) The latents of a reconstruction are exact for linear \
          decoders; for others they are searched for from 0 by Levenberg's and Marquardt's method, and \
          there may be better ones. All on the same scale; grey skin has no soft tissue.",
         snapshot.name,
@@ -72,8 +71,8 @@ pub fn picture_section(
             (caption, draw(offsets_m, &errors_mm)),
         ]
     };
-    let simulated = draw(&snapshot.truth_m, &truth_mm);
-    report.pictures(&[("simulated".to_owned(), simulated)])?;
+    let truth = draw(&snapshot.truth_m, &truth_mm);
+    report.pictures(&[("the clip".to_owned(), truth)])?;
     let bar = clip_bar("reconstructing a frame");
     bar.set_length(methods.names.len() as u64);
     for ((label, decoder), predicted_m) in methods
