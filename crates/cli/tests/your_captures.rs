@@ -185,6 +185,9 @@ fn the_guide_leads_from_captures_to_a_model_that_plays() {
     assert_eq!(split["test_trials"], serde_json::json!(["one_leg_jump"]));
     assert_eq!(split["test_shapes"], serde_json::json!(["50004"]));
 
+    // A page has no use for the state of the training, and it is large.
+    assert!(folder.join("my-model/checkpoint").is_dir());
+    assert!(!folder.join("my-page/my-model/checkpoint").exists());
     // As the page does it.
     let person = fs::read_to_string(folder.join("my-page/50004.json")).unwrap();
     let person: serde_json::Value = serde_json::from_str(&person).unwrap();
