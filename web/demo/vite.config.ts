@@ -208,6 +208,8 @@ export default defineConfig({
     rolldownOptions: {
       input: ["index.html", "own.html"].map((page) => join(import.meta.dirname, page)),
       output: {
+        // What both pages take from the package is one file, whatever else takes parts of it later.
+        codeSplitting: { groups: [{ name: "shared", test: /web.sdk.dist/, minShareCount: 2 }] },
         // What is asked for after the first view, by name.
         chunkFileNames: ({ isDynamicEntry }) =>
           `assets/${isDynamicEntry ? "later-" : ""}[name]-[hash].js`,

@@ -1,13 +1,12 @@
 import type { Avatar } from "dynaskin";
 import type { Slot } from "./actors.js";
 import { Address } from "./address.js";
-import { BenchmarkDialog } from "./benchmark-dialog.js";
+import type { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
 import { Capture } from "./capture.js";
 import type { Cast } from "./cast.js";
 import { isLoop } from "./chapters.js";
 import { copyText } from "./clipboard.js";
-import { codeFor } from "./code.js";
 import { Comparison } from "./comparison.js";
 import { bindDialogs } from "./dialogs.js";
 import { byId } from "./dom.js";
@@ -60,6 +59,7 @@ export class App {
   readonly #loop: FrameLoop;
   readonly #story: Story;
   #playback: Playback | null = null;
+  #benchmark: BenchmarkDialog | null = null;
 
   constructor(store: PageStore, view: View, loading: LoadingBar) {
     this.store = store;
@@ -94,10 +94,11 @@ export class App {
       byId<HTMLDialogElement>("share-dialog").close();
       void this.#film();
     });
-    bindDialogs(store, () =>
-      codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null),
-    );
-    new BenchmarkDialog(store, () => this.#loader.openWhole());
+    bindDialogs(store, async () => {
+      const { codeFor } = await import("./code.js");
+      return codeFor(state, this.#program.played, this.mainAvatar?.controls ?? null);
+    });
+    byId("benchmark-open").addEventListener("click", () => void this.#openBenchmark());
     followStore(
       store,
       {
@@ -227,6 +228,17 @@ export class App {
     wait(this.store, { motion: false, camera: true });
     this.#panel.showPlaying();
     this.#goTo(settings.timeSeconds);
+  }
+
+  /** Opens the benchmark, whose code comes when it is first asked for. */
+  async #openBenchmark(): Promise<void> {
+    try {
+      const { BenchmarkDialog } = await import("./benchmark-dialog.js");
+      this.#benchmark ??= new BenchmarkDialog(this.store, () => this.#loader.openWhole());
+      this.#benchmark.open();
+    } catch (error) {
+      showError("The benchmark could not be loaded", error, () => void this.#openBenchmark());
+    }
   }
 
   /** Plays a motion file; one that cannot be played is explained, and what played goes on. */

@@ -3,19 +3,24 @@ import { letDialogsClose } from "./close-dialogs.js";
 import { byId } from "./dom.js";
 import { motionLabel } from "./motions.js";
 import type { PageStore } from "./state.js";
+import { showError } from "./toast.js";
 
 /**
  * The overlays: keys, and the settings as code, which `code` gives when it is opened. All dialogs of the
  * page close by their button, by Escape and by a click beside them.
  */
-export function bindDialogs(store: PageStore, code: () => string): void {
+export function bindDialogs(store: PageStore, code: () => Promise<string>): void {
   const keys = byId<HTMLDialogElement>("keys-dialog");
   const program = byId<HTMLDialogElement>("code-dialog");
   byId("keys-open").addEventListener("click", () => keys.showModal());
   for (const id of ["code-open", "below-code"]) {
-    byId(id).addEventListener("click", () => {
-      byId<HTMLTextAreaElement>("code-text").value = code();
-      program.showModal();
+    byId(id).addEventListener("click", async () => {
+      try {
+        byId<HTMLTextAreaElement>("code-text").value = await code();
+        program.showModal();
+      } catch (error) {
+        showError("The program could not be loaded", error, () => byId(id).click());
+      }
     });
   }
   byId("code-copy").addEventListener("click", async () => {
