@@ -33,7 +33,7 @@ export async function buildDemo() {
 }
 
 /** Files that are worth packing: the page's own, and the models'. */
-const PACKED = /\.(wasm|js|css|html|glb|onnx|json|lowered|safetensors)$/;
+const PACKED = /\.(wasm|js|css|html|glb|onnx|json|lowered|safetensors|bin)$/;
 
 /**
  * Puts a `.br` beside each file of the built demo that is worth it, for servers that send packed files

@@ -5,6 +5,7 @@ import { buildAll, buildDemo } from "./build.mjs";
 import { ROOT } from "./lib/paths.mjs";
 import { main, say, step } from "./lib/run.mjs";
 import { installTools } from "./lib/tools.mjs";
+import { makeBaked } from "./pictures/baked.mjs";
 import { makeLoop } from "./pictures/loop.mjs";
 import { advance, open } from "./pictures/open.mjs";
 import { makePoster } from "./pictures/poster.mjs";
@@ -58,14 +59,15 @@ const PICTURES = {
 /** Pictures that are made of several; each returns its path. */
 const MADE = {
   poster: makePoster,
+  baked: makeBaked,
   loop: async (browser, url) => {
     const tools = await installTools(join(ROOT, "scripts", "pictures", "tools"), "pictures");
     return makeLoop(browser, url, tools);
   },
 };
 
-async function take(name, browser, url) {
-  if (name in MADE) return MADE[name](browser, url);
+async function take(name, browser, url, launch) {
+  if (name in MADE) return MADE[name](browser, url, launch);
   const page = await PICTURES[name](browser, url);
   const path = join(DOCS, `${name}.jpg`);
   await page.screenshot({ ...JPEG, path });
@@ -88,10 +90,12 @@ main(async () => {
   const { chromium } = await import("@playwright/test");
   const { preview } = await import("vite");
   const server = await preview({ root: join(ROOT, "web", "demo"), preview: { port: 5189 } });
-  const browser = await chromium.launch({ executablePath, args: ARGUMENTS });
+  const launch = (args, headless = !process.env.DISPLAY) =>
+    chromium.launch({ executablePath, args, headless });
+  const browser = await launch(ARGUMENTS, true);
   try {
     for (const name of chosen.length > 0 ? chosen : known) {
-      say(`  ${await take(name, browser, server.resolvedUrls.local[0])}`);
+      say(`  ${await take(name, browser, server.resolvedUrls.local[0], launch)}`);
     }
   } finally {
     await browser.close();

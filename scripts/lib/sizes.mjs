@@ -37,6 +37,8 @@ export const PARTS = [
   { name: "poster", has: (path) => /poster-wide.*\.webp$/.test(path), firstView: true },
   // What a screen that is taller than wide has in its place.
   { name: "tall poster", has: (path) => /poster-tall.*\.webp$/.test(path), firstView: false },
+  { name: "loop", has: (path) => /loop-wide.*\.bin$/.test(path), firstView: true },
+  { name: "tall loop", has: (path) => /loop-tall.*\.bin$/.test(path), firstView: false },
   { name: "icon", has: (path) => path.endsWith(".svg"), firstView: true },
   { name: "slim wasm", has: (path) => /(^|\/)slim_bg.*\.wasm$/.test(path), firstView: true },
   { name: "core wasm", has: (path) => /(^|\/)core_bg.*\.wasm$/.test(path), firstView: false },

@@ -3,15 +3,18 @@
 /** The story's clock goes on by this much from picture to picture, so that the tissue swings as it does at 60 Hz. */
 const TICK_SECONDS = 1 / 60;
 
-/** Opens the demo at an address and waits until all of it is on the screen. */
-export async function open(browser, url, query, viewport) {
-  const page = await browser.newPage({ viewport });
+/** Opens the demo at an address and waits until all of it is on the screen; `isStill`: in a page that does not play. */
+export async function open(browser, url, query, viewport, isStill = false) {
+  const page = await browser.newPage({
+    viewport,
+    reducedMotion: isStill ? "reduce" : "no-preference",
+  });
   await page.goto(`${url}?resolution=full&${query}`);
   await page.waitForFunction(
     () =>
       window.dynaskinDemo?.ready && document.getElementById("loading").classList.contains("done"),
     null,
-    { timeout: 120_000 },
+    { timeout: 600_000 },
   );
   // It fades, slowly where pictures are drawn in software.
   await page.addStyleTag({ content: ".loading { display: none !important }" });

@@ -104,9 +104,10 @@ function filledPage(): Plugin {
 const ASKS_FOR_METHODS = "/[?&](left|right|third|fourth)=(?!linear|dynaskin|truth)/";
 
 /**
- * Asks for what the page needs as soon as its HTML is there: the script that would ask comes later. First the
- * renderer, which takes longest to start, and then what the first body needs; the networks come last, when the script
- * asks for them. Together they would share the line, and all come late. The body is that of the address.
+ * Asks for everything that the page begins with as soon as its HTML is there: the script that would ask comes later.
+ * What is seen first has the line first: style, script, poster and the baked loop of the story; all else is of low
+ * priority, in the order in which it takes long to start. Nothing waits for anything: between an answer and the next
+ * question the line would be idle. Which files those are, the address says.
  */
 function preloads(): Plugin {
   return {
@@ -123,19 +124,21 @@ function preloads(): Plugin {
           if (!name) throw new Error(`The page has no file like ${pattern}.`);
           return JSON.stringify(`./${name}`);
         };
+        /* biome-ignore-start lint/suspicious/noTemplateCurlyInString: the page fills it in. */
         const children = [
           "{ const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';",
-          "const ask = (href) => { const link = document.createElement('link');",
-          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', href });",
-          "document.head.append(link); return link; };",
-          // biome-ignore lint/suspicious/noTemplateCurlyInString: the page fills it in.
-          "const next = () => { ask(`./${sex}/body.glb`);",
-          `if (!${ASKS_FOR_METHODS}.test(location.search)) ask(${named(/slim_bg[^/]*\.wasm$/)}); };`,
-          `const renderer = ask(${named(/renderer_bg[^/]*\.wasm$/)});`,
-          "renderer.onload = renderer.onerror = next;",
-          // biome-ignore lint/suspicious/noTemplateCurlyInString: the page fills it in.
-          "ask(`./${sex}/bundle.json`); }",
+          "const ask = (href, fetchPriority) => { const link = document.createElement('link');",
+          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', fetchPriority, href });",
+          "document.head.append(link); };",
+          "if (location.search === '') ask(matchMedia('(max-aspect-ratio: 78/100)').matches",
+          `? ${named(/loop-tall[^/]*\.bin$/)} : ${named(/loop-wide[^/]*\.bin$/)}, 'high');`,
+          `ask(${named(/renderer_bg[^/]*\.wasm$/)}, 'low');`,
+          "ask(`./${sex}/bundle.json`, 'low'); ask(`./${sex}/body.glb`, 'low');",
+          `if (!${ASKS_FOR_METHODS}.test(location.search)) for (const file of`,
+          `[${named(/slim_bg[^/]*\.wasm$/)}, \`./\${sex}/decoder.lowered\`,`,
+          "`./${sex}/predictor.lowered`]) ask(file, 'low'); }",
         ].join(" ");
+        /* biome-ignore-end lint/suspicious/noTemplateCurlyInString: as above. */
         return [{ tag: "script", children, injectTo: "head-prepend" as const }];
       },
     },

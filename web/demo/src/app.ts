@@ -1,6 +1,7 @@
 import type { Avatar } from "dynaskin";
 import type { Slot } from "./actors.js";
 import { Address } from "./address.js";
+import type { BakedLoop } from "./baked/loop.js";
 import type { BenchmarkDialog } from "./benchmark-dialog.js";
 import { ByHand, type Playable } from "./by-hand.js";
 import { Capture } from "./capture.js";
@@ -58,11 +59,13 @@ export class App {
   readonly #wipe: Wipe;
   readonly #loop: FrameLoop;
   readonly #story: Story;
+  readonly #baked: BakedLoop;
   #playback: Playback | null = null;
   #benchmark: BenchmarkDialog | null = null;
 
-  constructor(store: PageStore, view: View, loading: LoadingBar) {
+  constructor(store: PageStore, view: View, loading: LoadingBar, baked: BakedLoop) {
     this.store = store;
+    this.#baked = baked;
     const { state } = store;
     this.#view = view;
     this.#program = new Program(store);
@@ -123,7 +126,8 @@ export class App {
     this.#loop = new FrameLoop({
       ...{ store, view, hud: this.hud, traces: this.stage.traces, capture: this.#capture },
       address: new Address(store, view.camera),
-      isPaused: () => this.#playback?.paused ?? false,
+      // What the loop covers is drawn once and waits.
+      isPaused: () => this.#baked.isShown || (this.#playback?.paused ?? false),
       draw: (elapsedSeconds) => this.draw(elapsedSeconds),
     });
   }
@@ -131,6 +135,11 @@ export class App {
   /** What plays, once the body is there. */
   get playback(): Playback | null {
     return this.#playback;
+  }
+
+  /** The moment of the motion that the baked loop shows; null before and after it. */
+  get bakedSeconds(): number | null {
+    return this.#baked.timeSeconds;
   }
 
   /** The avatar that the panel's timings and the program are about: dynaskin's, unless chosen otherwise. */
@@ -156,10 +165,10 @@ export class App {
     return one && other ? largestGapPx(one, other, this.#view) : 0;
   }
 
-  /** Goes to where the story's loop begins. */
-  restartStory(): void {
+  /** Goes to where the story's loop begins, or to a moment of its first round. */
+  restartStory(timeSeconds: number | null = null): void {
     if (!this.#playback) return;
-    this.#goTo(this.#story.startSeconds);
+    this.#goTo(timeSeconds ?? this.#story.startSeconds);
     this.#playback.rounds = 0;
   }
 
@@ -318,8 +327,8 @@ export class App {
     announcePlaying(this.store.state, this.#program.label);
     if (!cast.model) return;
     store.change({ isComplete: true });
-    if (isLoop(store.state.chapter)) this.restartStory();
-    else this.#goToStart();
+    if (!isLoop(store.state.chapter)) this.#goToStart();
+    else this.restartStory(this.#baked.timeSeconds);
   }
 
   /** Goes to the moment of the link once the networks are there. */
@@ -449,8 +458,9 @@ export class App {
     this.hud.timed("render", () => this.#view.draw());
     if (playback) {
       this.#story.draw(playback);
-      // The body itself takes the place of its picture.
+      // The body itself takes the place of its picture, and of the baked loop once it has its tissue.
       document.documentElement.classList.remove("first-view");
+      if (state.isComplete) this.#baked.handOver(() => playback.timeSeconds);
     }
     this.#overlays.show(playback, followSeconds);
     this.#capture.afterDraw();

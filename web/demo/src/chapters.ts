@@ -59,9 +59,12 @@ export function landingShare(timeSeconds: number): number {
   return Math.max(0, Math.min(1, (timeSeconds - fromSeconds) / (toSeconds - fromSeconds)));
 }
 
-/** Yaw and pitch (radians), distance and height (metres) of a chapter's camera. */
+/** Yaw and pitch (radians), distance and height (metres) of the camera that the page begins with. */
+export const CLOSE_UP = [0.5, 0.02, 1.26, 1.05] as const;
+
+/** The same of a chapter's camera. */
 const CAMERAS: Readonly<Record<Chapter, readonly [number, number, number, number]>> = {
-  look: [0.5, 0.02, 1.26, 1.05],
+  look: CLOSE_UP,
   ghost: [0.78, 0.02, 1.26, 1.05],
   bodies: [0.38, 0.06, 3.6, 0.86],
   grab: [0.38, 0.06, 3.3, 0.88],

@@ -1,5 +1,6 @@
 import type { Avatar, Model } from "dynaskin";
 import type { App } from "./app.js";
+import { JUMP } from "./chapters.js";
 import type { Extent } from "./extent.js";
 import type { Sample } from "./traces.js";
 import type { View } from "./view.js";
@@ -26,6 +27,8 @@ export interface DemoHook {
   readonly bodiesPx: readonly Extent[];
   /** Seconds into the motion. */
   readonly timeSeconds: number;
+  /** The moment of the motion that the baked loop shows; null before and after it. */
+  readonly bakedSeconds: number | null;
   /** Length of the motion in seconds. */
   readonly durationSeconds: number;
   /** How often the motion has been played to its end. */
@@ -40,6 +43,8 @@ export interface DemoHook {
   restartStory(): void;
   /** Pauses, and lets so many seconds of the story pass: at its own speed, with slow motion. */
   advanceStory(seconds: number): void;
+  /** The part of the jump that the story plays over and over, in seconds of the motion. */
+  readonly jump: { readonly fromSeconds: number; readonly periodSeconds: number };
   /** Draws now. */
   draw(): void;
   /** Largest distance in the picture between the same point of the first two actors, in CSS pixels. */
@@ -88,6 +93,9 @@ export function installHook(app: App, view: View): void {
     get timeSeconds() {
       return app.playback?.timeSeconds ?? 0;
     },
+    get bakedSeconds() {
+      return app.bakedSeconds;
+    },
     get durationSeconds() {
       return app.playback?.motion.durationSeconds ?? 0;
     },
@@ -102,6 +110,7 @@ export function installHook(app: App, view: View): void {
       app.playback?.seek(timeSeconds, 0);
       app.draw(0);
     },
+    jump: JUMP,
     draw: () => app.draw(0),
     get gapPx() {
       return app.gapPx;

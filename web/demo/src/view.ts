@@ -57,6 +57,49 @@ export function coveredPixels(): { top: number; right: number; bottom: number } 
     : { top: 0, right: PANEL_WIDTH_PX.usual, bottom: 0 };
 }
 
+/** What is covered of a canvas, in pixels from its edges. */
+type Covered = ReturnType<typeof coveredPixels>;
+
+/**
+ * How much further away the camera must be for a body to fit what is free of a canvas; `wanted` is the aspect that it
+ * fits, `freeWidth` what is free of the width; `isLow`: little of the height is free.
+ */
+function retreatFor(
+  wanted: number,
+  freeWidth: number,
+  height: number,
+  covered: Covered,
+  isLow = false,
+): number {
+  const aspect = Math.max(1, freeWidth) / Math.max(1, height);
+  const free = Math.max(0.1, 1 - (covered.top + covered.bottom) / Math.max(1, height));
+  const low = isLow || shortScreen.matches ? SHORT_BODY / free : 1;
+  return Math.max(1, low, wanted / aspect);
+}
+
+/** How far the camera is moved, in pixels to the right and up, so that the body is in the middle of what is free. */
+function shiftPx({ top, right, bottom }: Covered, left: number): [right: number, up: number] {
+  return [(right - left) / 2, (top - bottom) / 2];
+}
+
+/**
+ * Where the camera is for one body close by, from its target: how far away, and how far it is moved to the right and
+ * up, in metres. `distanceM` is the visitor's distance, `canvas` what is drawn on.
+ */
+export function closeUpFraming(
+  { clientWidth, clientHeight }: HTMLCanvasElement,
+  distanceM: number,
+) {
+  const covered = coveredPixels();
+  const reachM = distanceM * retreatFor(ASPECT.close, clientWidth, clientHeight, covered);
+  const metresPerPixel = (2 * reachM * Math.tan(FOV_Y_RADIANS / 2)) / Math.max(1, clientHeight);
+  const [right, up] = shiftPx(covered, 0);
+  return {
+    ...{ reachM, fovYRadians: FOV_Y_RADIANS },
+    ...{ rightM: right * metresPerPixel, upM: up * metresPerPixel },
+  };
+}
+
 type Vector = [number, number, number];
 
 function add(a: Vector, b: Vector): Vector {
@@ -109,6 +152,11 @@ export class View {
   /** The bodies of the actors beside each other, or of the right one, as the renderer knows them. */
   get bodies(): readonly BodyHandle[] {
     return this.#main.bodies;
+  }
+
+  /** The body of the left actor of a divider; null where there is none. */
+  get leftBody(): BodyHandle | null {
+    return this.#left?.bodies[0] ?? null;
   }
 
   /** The canvases that the picture is made of, from the bottom up, and where each begins and ends. */
@@ -295,12 +343,9 @@ export class View {
     // Pixels of the canvas to metres at the body.
     const height = Math.max(1, this.#main.canvas.clientHeight);
     const metresPerPixel = (2 * this.camera.reachM * Math.tan(fovYRadians / 2)) / height;
-    const { top, right, bottom } = this.#coveredPixels;
     const left = this.#isPaired ? 0 : this.coveredLeftPx;
-    const shift = this.camera.shiftM(
-      ((right - left) / 2 - asidePx) * metresPerPixel,
-      ((top - bottom) / 2) * metresPerPixel,
-    );
+    const [right, up] = shiftPx(this.#coveredPixels, left);
+    const shift = this.camera.shiftM((right - asidePx) * metresPerPixel, up * metresPerPixel);
     return {
       eyeWorldM: add(this.camera.eyeWorldM, shift),
       targetWorldM: add(this.camera.targetWorldM, shift),
@@ -340,18 +385,14 @@ export class View {
     // One body may stand partly behind the panel's edge; a row may not.
     const covered =
       further > 0 ? coveredPixels().right + (this.#isPaired ? 0 : this.coveredLeftPx) : 0;
-    const aspect = Math.max(1, clientWidth - covered) / Math.max(1, clientHeight);
     const wanted =
       further > 0
         ? ASPECT.row + further * ASPECT.further
         : this.camera.isClose
           ? ASPECT.close
           : ASPECT.one;
-    const { top, bottom } = this.#coveredPixels;
-    const free = Math.max(0.1, 1 - (top + bottom) / Math.max(1, clientHeight));
     const isNarrowLab = this.#showsWholeLab && narrowScreen.matches;
-    const isLow = shortScreen.matches || isNarrowLab || this.#isLowLab;
-    const low = isLow ? SHORT_BODY / free : 1;
-    return Math.max(1, low, wanted / aspect);
+    const isLow = isNarrowLab || this.#isLowLab;
+    return retreatFor(wanted, clientWidth - covered, clientHeight, this.#coveredPixels, isLow);
   }
 }
