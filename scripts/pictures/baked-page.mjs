@@ -23,7 +23,7 @@ export async function surfacesAt(timeSeconds) {
  * camera from its target, metres), and the colour that the picture has there, where it is to be seen; and how far along
  * the edges that cross a hem it crosses them.
  */
-export function record({ timeSeconds, plain, soft, isCloth }) {
+export function record({ timeSeconds, plain, soft, isCloth, blue }) {
   /** How far behind what is in front of it a vertex may be and be seen, in metres; triangles are coarse. */
   const DEPTH_M = 0.01;
   /** How far around it the body must go on, in metres of depth: at an outline, pixels have the background in them. */
@@ -110,14 +110,16 @@ export function record({ timeSeconds, plain, soft, isCloth }) {
       if (a > b || isCloth[a] === isCloth[b] || !seen[a] || !seen[b]) continue;
       const { px } = surfaces[px0(a) < half ? 0 : 1];
       const [ax, ay, bx, by] = [px[2 * a], px[2 * a + 1], px[2 * b], px[2 * b + 1]];
-      const blue = Array.from({ length: PARTS }, (_, part) => {
+      const cloth = Array.from({ length: PARTS }, (_, part) => {
         const along = (part + 0.5) / PARTS;
         const [x, y] = [Math.floor(ax + along * (bx - ax)), Math.floor(ay + along * (by - ay))];
         const pixel = 4 * (y * innerWidth + x);
-        return pixels[pixel + 2] > pixels[pixel];
+        return pixels[pixel + 2] > blue * pixels[pixel];
       });
-      const turns = blue.flatMap((now, part) => (part > 0 && now !== blue[part - 1] ? [part] : []));
-      if (turns.length === 1 && blue[0] === Boolean(isCloth[a])) {
+      const turns = cloth.flatMap((now, part) =>
+        part > 0 && now !== cloth[part - 1] ? [part] : [],
+      );
+      if (turns.length === 1 && cloth[0] === Boolean(isCloth[a])) {
         hems.push([a, b, turns[0] / PARTS]);
       }
     }

@@ -32,6 +32,8 @@ const HEM_FITS = 40;
 const HEM_PULL = 0.3;
 /** Linear reflectances of plaster and of dyed plaster (crates/render/src/look.rs), to tell light from colour. */
 const ALBEDO = { skin: 0.537, cloth: 0.17 };
+/** Cloth has more blue than this much of its red; skin has less, also in a shadow, which is bluish. */
+const BLUE = 1.12;
 /** Vertices with more of the other than this are of neither colour. */
 const PURE = 0.05;
 
@@ -61,7 +63,7 @@ export async function makeBaked(browser, url, launch) {
     const cloth = clothShares(colors);
     const isCloth = Array.from(cloth, (share) => Number(share > 0.5));
     const take = async (idx) => {
-      const moment = { timeSeconds: momentOf(jump, idx), ...surfaces[idx], isCloth };
+      const moment = { timeSeconds: momentOf(jump, idx), ...surfaces[idx], isCloth, blue: BLUE };
       return unpacked(await page.evaluate(record, moment));
     };
     const frames = [];
@@ -155,7 +157,7 @@ function bake(codec, { frames, dark, faces, cloth, coarser }) {
   const isSampled = (frame, idx) => {
     if (!frame.seen[order[idx]] || !isPure[idx]) return false;
     const [r, , b] = colourOf(frame, idx);
-    return isCloth[idx] ? b > r : r > b;
+    return isCloth[idx] === b > BLUE * r;
   };
   const light = frames.map((frame) =>
     Float32Array.from(order, (_, idx) =>

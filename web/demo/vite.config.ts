@@ -127,16 +127,16 @@ function preloads(): Plugin {
         /* biome-ignore-start lint/suspicious/noTemplateCurlyInString: the page fills it in. */
         const children = [
           "{ const sex = /[?&]sex=male(&|$)/.test(location.search) ? 'male' : 'female';",
-          "const ask = (href, fetchPriority) => { const link = document.createElement('link');",
-          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', fetchPriority, href });",
-          "document.head.append(link); };",
+          "const ask = (href) => { const link = document.createElement('link');",
+          "Object.assign(link, { rel: 'preload', as: 'fetch', crossOrigin: '', href });",
+          "document.head.append(link); return link; };",
           "if (location.search === '') ask(matchMedia('(max-aspect-ratio: 78/100)').matches",
-          `? ${named(/loop-tall[^/]*\.bin$/)} : ${named(/loop-wide[^/]*\.bin$/)}, 'high');`,
-          `ask(${named(/renderer_bg[^/]*\.wasm$/)}, 'low');`,
-          "ask(`./${sex}/bundle.json`, 'low'); ask(`./${sex}/body.glb`, 'low');",
-          `if (!${ASKS_FOR_METHODS}.test(location.search)) for (const file of`,
-          `[${named(/slim_bg[^/]*\.wasm$/)}, \`./\${sex}/decoder.lowered\`,`,
-          "`./${sex}/predictor.lowered`]) ask(file, 'low'); }",
+          `? ${named(/loop-tall[^/]*\.bin$/)} : ${named(/loop-wide[^/]*\.bin$/)}).fetchPriority = 'high';`,
+          "const next = () => { ask(`./${sex}/body.glb`);",
+          `if (!${ASKS_FOR_METHODS}.test(location.search)) ask(${named(/slim_bg[^/]*\.wasm$/)}); };`,
+          `const renderer = ask(${named(/renderer_bg[^/]*\.wasm$/)});`,
+          "renderer.onload = renderer.onerror = next;",
+          "ask(`./${sex}/bundle.json`); }",
         ].join(" ");
         /* biome-ignore-end lint/suspicious/noTemplateCurlyInString: as above. */
         return [{ tag: "script", children, injectTo: "head-prepend" as const }];
