@@ -23,13 +23,11 @@ export async function surfacesAt(timeSeconds) {
  * camera from its target, metres), and the colour that the picture has there, where it is to be seen; and how far along
  * the edges that cross a hem it crosses them.
  */
-export function record({ timeSeconds, plain, soft, isCloth, blue }) {
+export function record({ timeSeconds, plain, soft }) {
   /** How far behind what is in front of it a vertex may be and be seen, in metres; triangles are coarse. */
   const DEPTH_M = 0.01;
   /** How far around it the body must go on, in metres of depth: at an outline, pixels have the background in them. */
   const AROUND_M = 0.03;
-  /** In how many parts an edge is searched for a hem. */
-  const PARTS = 16;
   /** How far from a vertex's place its colour is looked for, in pixels. */
   const REACH_PX = 3;
 
@@ -102,28 +100,6 @@ export function record({ timeSeconds, plain, soft, isCloth, blue }) {
       seen[vertex] = 1;
     }
   }
-  const hems = [];
-  for (let at = 0; at < faces.length; at += 3) {
-    for (let corner = 0; corner < 3; corner += 1) {
-      const [a, b] = [faces[at + corner], faces[at + ((corner + 1) % 3)]];
-      // The other triangle has the edge the other way.
-      if (a > b || isCloth[a] === isCloth[b] || !seen[a] || !seen[b]) continue;
-      const { px } = surfaces[px0(a) < half ? 0 : 1];
-      const [ax, ay, bx, by] = [px[2 * a], px[2 * a + 1], px[2 * b], px[2 * b + 1]];
-      const cloth = Array.from({ length: PARTS }, (_, part) => {
-        const along = (part + 0.5) / PARTS;
-        const [x, y] = [Math.floor(ax + along * (bx - ax)), Math.floor(ay + along * (by - ay))];
-        const pixel = 4 * (y * innerWidth + x);
-        return pixels[pixel + 2] > blue * pixels[pixel];
-      });
-      const turns = cloth.flatMap((now, part) =>
-        part > 0 && now !== cloth[part - 1] ? [part] : [],
-      );
-      if (turns.length === 1 && cloth[0] === Boolean(isCloth[a])) {
-        hems.push([a, b, turns[0] / PARTS]);
-      }
-    }
-  }
   const text = ({ buffer }) => {
     let bytes = "";
     const all = new Uint8Array(buffer);
@@ -137,13 +113,7 @@ export function record({ timeSeconds, plain, soft, isCloth, blue }) {
     soft: text(surfaces[1].places),
     colours: text(colours),
     seen: text(seen),
-    hems,
   };
-
-  /** Where a vertex is from the picture's left edge, without tissue. */
-  function px0(vertex) {
-    return surfaces[0].px[2 * vertex];
-  }
 
   /** Draws the depth of a surface into columns of `depths`. */
   function draw(px, places, fromX, toX) {

@@ -1,8 +1,9 @@
 // What the demo plays before its core is there: the story's jump, taken from the live picture as the places and the
 // light of the vertices that are seen in it (web/demo/src/baked/file.ts has the format).
-import { writeFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { DEMO } from "../lib/paths.mjs";
+import { NodeIO } from "@gltf-transform/core";
+import { DEMO, ROOT } from "../lib/paths.mjs";
 import { say } from "../lib/run.mjs";
 import { bodyOf, record, surfacesAt } from "./baked-page.mjs";
 import { lowRank } from "./low-rank.mjs";
@@ -24,12 +25,8 @@ const STEP_HUNDREDTHS = 50;
 const TOLERANCES = { places: 0.5, tissue: 0.35, light: 0.85, cloth: 0 };
 /** A value that is off by no more of a step than this is left as its neighbours let expect it. */
 const ROUNDED_OFF = 0.6;
-/** How often light and hems are spread to the neighbours: hems are no teeth of triangles. */
+/** How often light is spread to the neighbours. */
 const LIGHT_ROUNDS = 1;
-const HEM_ROUNDS = 3;
-/** How often hems are pulled to where the picture has them, and by how much of the way. */
-const HEM_FITS = 40;
-const HEM_PULL = 0.3;
 /** Linear reflectances of plaster and of dyed plaster (crates/render/src/look.rs), to tell light from colour. */
 const ALBEDO = { skin: 0.537, cloth: 0.17 };
 /** Cloth has more blue than this much of its red; skin has less, also in a shadow, which is bluish. */
@@ -61,9 +58,9 @@ export async function makeBaked(browser, url, launch) {
     const page = await open(browser, url, "chapter=look&backend=webgl2", viewport, true);
     const { faces, colors } = await page.evaluate(bodyOf);
     const cloth = clothShares(colors);
-    const isCloth = Array.from(cloth, (share) => Number(share > 0.5));
+    const hems = await hemDistances(cloth);
     const take = async (idx) => {
-      const moment = { timeSeconds: momentOf(jump, idx), ...surfaces[idx], isCloth, blue: BLUE };
+      const moment = { timeSeconds: momentOf(jump, idx), ...surfaces[idx] };
       return unpacked(await page.evaluate(record, moment));
     };
     const frames = [];
@@ -72,7 +69,7 @@ export async function makeBaked(browser, url, launch) {
     const dark = [];
     for (let idx = 0; idx < FRAMES; idx += DARK_EVERY) dark.push([idx, await take(idx)]);
     await page.close();
-    const bytes = encode(codec, bake(codec, { frames, dark, faces, cloth, coarser }));
+    const bytes = encode(codec, bake(codec, { frames, dark, faces, cloth, hems, coarser }));
     const path = join(FOLDER, `loop-${name}.bin`);
     writeFileSync(path, bytes);
     paths.push(path);
@@ -98,7 +95,7 @@ async function takeSurfaces(browser, url) {
   }
 }
 
-function unpacked({ plain, soft, colours, seen, hems }) {
+function unpacked({ plain, soft, colours, seen }) {
   const bytes = (text) => new Uint8Array(Buffer.from(text, "base64"));
   const floats = (text) => new Float32Array(bytes(text).buffer);
   return {
@@ -106,7 +103,6 @@ function unpacked({ plain, soft, colours, seen, hems }) {
     soft: floats(soft),
     colours: bytes(colours),
     seen: bytes(seen),
-    hems,
   };
 }
 
@@ -133,6 +129,24 @@ function clothShares(colors) {
   });
 }
 
+/**
+ * How far each vertex is from the hem, as the body's file has it for any viewer: 0.5 at the hem, more in cloth, where
+ * `cloth` tells which side that is.
+ */
+async function hemDistances(cloth) {
+  const glb = readFileSync(join(ROOT, "models", "female", "body.glb"));
+  const { json, resources } = await new NodeIO().binaryToJSON(new Uint8Array(glb));
+  const { attributes } = json.meshes[0].primitives[0];
+  const { bufferView, count } = json.accessors[attributes.TEXCOORD_0];
+  const { byteOffset, byteLength } = json.bufferViews[bufferView];
+  const texels = new Uint16Array(
+    resources["@glb.bin"].slice(byteOffset, byteOffset + byteLength).buffer,
+  );
+  const shares = Float32Array.from({ length: count }, (_, vertex) => texels[2 * vertex] / 65535);
+  const isTurned = shares.some((share, vertex) => share < 0.4 && cloth[vertex] > 0.5);
+  return isTurned ? shares.map((share) => 1 - share) : shares;
+}
+
 const linear = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
 
 /** How much light a colour of the picture has, so that both colours of the body agree. */
@@ -142,7 +156,7 @@ function lightOf([r, g, b], isCloth) {
 }
 
 /** The vertices that are seen, renumbered along their triangles, and what they do. */
-function bake(codec, { frames, dark, faces, cloth, coarser }) {
+function bake(codec, { frames, dark, faces, cloth, hems, coarser }) {
   const seen = Uint8Array.from(cloth, (_, vertex) => frames.some((f) => f.seen[vertex]) && 1);
   const kept = [];
   for (let at = 0; at < faces.length; at += 3) {
@@ -191,14 +205,6 @@ function bake(codec, { frames, dark, faces, cloth, coarser }) {
     return lowRank(inSteps, TOLERANCES[name]);
   };
   const planes = (of) => frames.map((frame) => planesOf(order, (vertex) => of(frame, vertex)));
-  const hems = hemmed(
-    smoothed(
-      Float32Array.from(order, (vertex) => cloth[vertex]),
-      neighbours,
-      HEM_ROUNDS,
-    ),
-    crossings(frames, order),
-  );
   return {
     ...{ frames: frames.length, vertices: count, hundredths, symbols, triangles, palettes },
     tracks: {
@@ -214,7 +220,7 @@ function bake(codec, { frames, dark, faces, cloth, coarser }) {
       ),
       light: track("light", soft),
       // It does not change.
-      cloth: track("cloth", [hems]),
+      cloth: track("cloth", [Float32Array.from(order, (vertex) => hems[vertex])]),
     },
   };
 }
@@ -328,35 +334,6 @@ function smoothed(values, neighbours, rounds) {
             0,
           ),
     );
-  }
-  return now;
-}
-
-/** The edges of renumbered vertices that a hem crosses, and where, as all frames agree. */
-function crossings(frames, order) {
-  const numbers = new Map(order.map((vertex, idx) => [vertex, idx]));
-  const found = new Map();
-  for (const [a, b, along] of frames.flatMap(({ hems }) => hems)) {
-    const key = `${a} ${b}`;
-    const sum = found.get(key) ?? { ends: [numbers.get(a), numbers.get(b)], along: 0, count: 0 };
-    found.set(key, { ...sum, along: sum.along + along, count: sum.count + 1 });
-  }
-  return [...found.values()]
-    .filter(({ ends }) => !ends.includes(undefined))
-    .map(({ ends, along, count }) => [...ends, along / count]);
-}
-
-/** Shares of cloth that are even where hems cross edges, and otherwise near to those given. */
-function hemmed(shares, hems) {
-  const now = shares.slice();
-  for (let round = 0; round < HEM_FITS; round += 1) {
-    for (const [a, b, along] of hems) {
-      // Each end gives way by as much as it has a part in it.
-      const off = (1 - along) * now[a] + along * now[b] - 0.5;
-      const size = (1 - along) ** 2 + along ** 2;
-      now[a] -= (HEM_PULL * off * (1 - along)) / size;
-      now[b] -= (HEM_PULL * off * along) / size;
-    }
   }
   return now;
 }

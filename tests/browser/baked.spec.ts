@@ -22,6 +22,8 @@ interface Moment {
 
 /** Where the trunk is, in shares of the picture. */
 const TRUNK = { x: 0.36, y: 0.12, width: 0.28, height: 0.6 };
+/** Where only the backdrop is. */
+const CORNER = { x: 0.94, y: 0.02, width: 0.06, height: 0.1 };
 /** Everything that only the live picture has is hidden. */
 const ALONE = "body > *:not(.stage), .wipe, .names { visibility: hidden !important }";
 
@@ -71,6 +73,7 @@ for (const colorScheme of ["light", "dark"] as const) {
       console.log(`${size}, ${colorScheme}: ${(100 * far).toFixed(2)} % of the trunk differ`);
       expect(variation(baked, TRUNK)).toBeGreaterThan(12);
       expect(far).toBeLessThan(0.04);
+      expect(differing(baked, live, 8, CORNER)).toBeLessThan(0.02);
       expect(await marks(page)).toBe(0);
     });
   }

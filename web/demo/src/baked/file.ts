@@ -27,8 +27,8 @@ export const TRACKS = {
   tissue: { steps: [0.7, 0.7, 2], isLength: true },
   /** How much light it has, 1 is white plaster. */
   light: { steps: [1 / 64], isLength: false },
-  /** 0 is skin and 1 is cloth; does not change. */
-  cloth: { steps: [1 / 64], isLength: false },
+  /** How far from the hem it is: 0 is skin 5 cm from it, 0.5 at it, 1 cloth 5 cm from it; does not change. */
+  cloth: { steps: [1 / 160], isLength: false },
 } as const;
 
 /** One step of each number of a track, lengths in metres, where the file's step has so many hundredths of a millimetre. */
