@@ -143,8 +143,11 @@ async function hemDistances(cloth) {
     resources["@glb.bin"].slice(byteOffset, byteOffset + byteLength).buffer,
   );
   const shares = Float32Array.from({ length: count }, (_, vertex) => texels[2 * vertex] / 65535);
-  const isTurned = shares.some((share, vertex) => share < 0.4 && cloth[vertex] > 0.5);
-  return isTurned ? shares.map((share) => 1 - share) : shares;
+  const alike = shares.reduce(
+    (sum, share, vertex) => sum + (share - 0.5) * (cloth[vertex] - 0.5),
+    0,
+  );
+  return alike < 0 ? shares.map((share) => 1 - share) : shares;
 }
 
 const linear = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
