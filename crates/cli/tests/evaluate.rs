@@ -219,7 +219,7 @@ fn other_vertices_and_another_body_are_refused() {
     let error = with_clips(&|clip| *clip.vertices.last_mut().unwrap() += 1);
     assert!(error.contains("other vertices"), "{error}");
     let error = with_clips(&|clip| clip.body_sha256 = "0".repeat(64));
-    assert!(error.contains("simulate the clips again"), "{error}");
+    assert!(error.contains("simulate or fit the clips again"), "{error}");
     let male = body
         .parent()
         .unwrap()

@@ -220,6 +220,9 @@ fn captures_of_several_people_are_listed_fitted_and_gone_on_with() {
     let text = String::from_utf8_lossy(&all.stdout);
     assert!(text.contains("50002: shape from 50002_arm"), "{text}");
     assert!(text.contains("3 of 4 sequences are fitted"), "{text}");
+    // A log has no bar.
+    assert!(text.contains("4 of 4 sequences done"), "{text}");
+    assert!(text.contains("[vertices, 3, frames]"), "{text}");
     let people = ["--person", "50002", "--person", "50004"];
     let two = [&usual[..], &people].concat();
     let text = printed(&dynaskin("fit-all", &two));
@@ -242,6 +245,18 @@ fn captures_of_several_people_are_listed_fitted_and_gone_on_with() {
     assert!(text.contains("2 sequences are there already"), "{text}");
     assert!(clip.exists());
     assert_eq!(fs::metadata(&kept).unwrap().modified().unwrap(), before);
+    let without = |name| [&two[..], &["--leave-out", name]].concat();
+    let text = printed(&dynaskin("fit-all", &without("50004_arm")));
+    assert!(
+        text.contains("arm__50004.safetensors is taken away"),
+        "{text}"
+    );
+    assert!(text.contains("2 of 2 sequences are fitted"), "{text}");
+    assert!(!clip.exists() && out.join("50004_arm.npz").exists());
+    refused(
+        &dynaskin("fit-all", &without("50004_hop")),
+        &["--leave-out 50004_hop", "no such sequence"],
+    );
     refused(
         &dynaskin("fit-all", &[&two[..], &["--own-surface"]].concat()),
         &[

@@ -150,6 +150,9 @@ fn figures_of_the_papers_stand_beside_theirs() {
     reproduce("casas-fig7", &["--data", &data], &["needs --model"]);
     reproduce("casas-fig7", &["--model", &casas], &["needs --data"]);
     reproduce("casas-fig5", &[], &["needs --subspaces"]);
+    let other = ["--model", &casas, "--data", &data, "--clip", "hop__s0"];
+    reproduce("casas-fig7", &other, &["no use for --clip"]);
+    reproduce("parameters", &["--data", &data], &["no use for --data"]);
     let pages = tempfile::tempdir().unwrap();
     fs::write(pages.path().join("bundle.json"), "<!doctype html>").unwrap();
     let pages = pages.path().to_str().unwrap();

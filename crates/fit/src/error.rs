@@ -84,6 +84,16 @@ pub enum FitError {
         /// The names that it has.
         names: String,
     },
+    /// A data set's numbers are of a kind that is not read.
+    #[error(
+        "{path} holds {elements}; write it as floats of 32 or 64 bits, as `.astype(\"float32\")` makes them"
+    )]
+    Elements {
+        /// The file and the data set.
+        path: PathBuf,
+        /// What it holds, such as `16-bit floats`.
+        elements: String,
+    },
     /// A data set is no sequence of the body's mesh.
     #[error(
         "{path} is {shape:?}; expected floats with three axes, of which one is {vertices} long (the body's \

@@ -91,6 +91,8 @@ pub struct Scans<'b> {
     pub unit: ScanUnit,
     /// Axis of the numbers that points up, as given or found.
     pub up: UpAxis,
+    /// Meaning of the axes of a data set of an HDF5 file, such as `[vertices, 3, frames]`; none for other files.
+    pub axes: Option<String>,
     /// What was detected and not given, for people to check.
     pub notes: Vec<String>,
     /// What may be wrong without being refused, such as frames that are missing.
@@ -116,6 +118,7 @@ impl<'b> Scans<'b> {
             let source = Source::Hdf5(Box::new(opened.frames));
             let mut scans = Self::from_source(opened.place, body, source, options, opened.notes)?;
             scans.doubts = opened.doubts;
+            scans.axes = Some(opened.axes);
             return Ok(scans);
         }
         if let Some(sequence) = &options.sequence {
@@ -191,6 +194,7 @@ impl<'b> Scans<'b> {
             vertex_count,
             unit,
             up,
+            axes: None,
             notes,
             doubts: Vec::new(),
             y_up_from_world: up.y_up_from_world().as_quat(),

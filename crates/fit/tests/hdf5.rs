@@ -218,6 +218,14 @@ fn files_that_hold_no_captures_are_refused_in_a_sentence() {
             "faces",
         ],
     );
+    // Whole numbers, as of millimetres, are not read.
+    let path = write(folder.path(), [data("a", &[n, 3, 4], &vec![7_u32; 12 * n])]);
+    refused(
+        &path,
+        &body,
+        &options("a"),
+        &["`a`", "32-bit integers", "floats of 32 or 64 bits"],
+    );
     // The right numbers of vertices, in another order: the faces tell.
     let mut other = body.faces.clone();
     other[7] = [other[7][0], other[7][1], (other[7][2] + 3_000) % 6_890];

@@ -26,7 +26,10 @@ pub enum TrainError {
     #[error(transparent)]
     File(#[from] dynaskin_files::FileError),
     /// The data folder holds no clip.
-    #[error("{path} holds no `.safetensors` clip; make some with `dynaskin simulate`")]
+    #[error(
+        "{path} holds no `.safetensors` clip; make some with `dynaskin simulate` or `dynaskin fit-all`, \
+             which writes them into the folder `clips` of its --out"
+    )]
     EmptyData {
         /// The folder.
         path: PathBuf,
@@ -37,7 +40,7 @@ pub enum TrainError {
     /// A clip was simulated on another body.
     #[error(
         "{path} was made with the body of SHA-256 {got}, but the body given has {expected}; \
-         simulate the clips again, or give the body they were made with"
+         simulate or fit the clips again, or give the body they were made with"
     )]
     OtherBody {
         /// The clip.
@@ -50,7 +53,7 @@ pub enum TrainError {
     /// A clip has offsets over other vertices than the first clip.
     #[error(
         "{path} has offsets over another vertex list ({got} vertices) than {first} ({expected}); \
-         simulate all clips of a data set with the same settings"
+         make all clips of a data set with the same settings"
     )]
     MixedVertices {
         /// The clip.
@@ -103,6 +106,14 @@ pub enum TrainError {
         name: String,
         /// What could be named.
         there: String,
+    },
+    /// A motion is both held out and asked when to stop.
+    #[error(
+        "`{name}` is held out, so it cannot decide when to stop; give --validate-on another motion"
+    )]
+    HeldOutValidation {
+        /// The motion.
+        name: String,
     },
     /// The split file is not valid.
     #[error("{place}: {reason}")]

@@ -175,6 +175,9 @@ impl Split {
         };
         for name in validation {
             known("motion", name, &[&trials])?;
+            if held_out.contains(name) {
+                return Err(TrainError::HeldOutValidation { name: name.clone() });
+            }
         }
         for name in held_out {
             known("motion or person", name, &[&trials, &subjects, &shapes])?;
@@ -301,6 +304,7 @@ mod tests {
                 "50002",
                 ["no motion `50002`", "hips, one_leg_jump"],
             ),
+            ("hips", "hips", ["`hips` is held out", "--validate-on"]),
         ] {
             let error = of_names(&[held_out], validation)
                 .expect_err("a name that is not there")

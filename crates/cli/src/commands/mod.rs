@@ -9,6 +9,7 @@ pub mod evaluate;
 pub mod fit;
 pub mod fit_all;
 pub mod fit_check;
+mod leave_one_out;
 mod motion_files;
 mod numbers;
 pub mod play;

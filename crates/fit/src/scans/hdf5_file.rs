@@ -119,6 +119,8 @@ pub(super) struct Opened {
     pub place: PathBuf,
     pub frames: Hdf5Frames,
     pub notes: Vec<String>,
+    /// Meaning of the axes.
+    pub axes: String,
     pub doubts: Vec<String>,
 }
 
@@ -135,7 +137,14 @@ pub(super) fn open(path: &Path, body: &BodyModel, name: Option<&str>) -> Result<
     })?;
     let place = PathBuf::from(format!("{}, data set `{name}`", path.display()));
     let vertices = body.vertex_count();
-    if !is_sequence(&array.listed()) {
+    let listed = array.listed();
+    if listed.shape.len() == 3 && listed.shape.contains(&3) && !is_sequence(&listed) {
+        return Err(FitError::Elements {
+            path: place,
+            elements: listed.elements,
+        });
+    }
+    if !is_sequence(&listed) {
         return Err(FitError::NoLayout {
             path: place,
             shape: array.shape().to_vec(),
@@ -162,6 +171,7 @@ pub(super) fn open(path: &Path, body: &BodyModel, name: Option<&str>) -> Result<
     let doubts = compare_faces(&file, path, &name, body)?;
     let frames = Hdf5Frames { array, layout };
     Ok(Opened {
+        axes: layout.words(),
         place,
         frames,
         notes,

@@ -8,13 +8,14 @@ use dynaskin_report::{Curve, Plot, Report, Table};
 use super::motions::alike;
 use super::subject::{Methods, Subject};
 use super::tables::Csv;
+use crate::commands::leave_one_out::{JUMPING_JACKS, ONE_LEG_HOPS, RUNS_IN_PLACE};
 use crate::commands::train::clip_bar;
 
 /// Kinds of motion that are shown by themselves, as trials.
-const SHOWN: [(&str, &str); 3] = [
-    ("hops on one leg", "one-leg-hop"),
-    ("jumping jacks", "jumping-jacks"),
-    ("running in place", "run-in-place"),
+const SHOWN: [(&str, &[&str]); 3] = [
+    ("hops on one leg", &ONE_LEG_HOPS),
+    ("jumping jacks", &JUMPING_JACKS),
+    ("running in place", &RUNS_IN_PLACE),
 ];
 /// Signals whose spectra are plotted.
 const PLOTTED: [&str; 3] = ["left chest", "belly", "left thighs"];
@@ -42,8 +43,11 @@ pub fn curve_section(
     let mut table = Table::new(["motion", "clips"]);
     table.head.extend(methods.labels().map(str::to_owned));
     let mut shown = Vec::new();
-    for (kind, trial) in SHOWN {
-        let clips: Vec<&ClipErrors> = comparison.clips_of(subject.data_set, trial).collect();
+    for (kind, trials) in SHOWN {
+        let of_trials = trials.iter();
+        let clips: Vec<&ClipErrors> = of_trials
+            .flat_map(|trial| comparison.clips_of(subject.data_set, trial))
+            .collect();
         let frames: usize = clips.iter().map(|clip| clip.frames).sum();
         let mean = |method: usize| {
             let sum: f64 = clips
@@ -67,7 +71,7 @@ pub fn curve_section(
         shown.push((kind, wildest.index));
     }
     if shown.is_empty() {
-        report.paragraph("The data set has none of them.");
+        report.paragraph("The data set holds out none of them.");
         return Ok(());
     }
     report.table(&table);
@@ -236,7 +240,8 @@ pub fn drift_section(
 ) -> anyhow::Result<()> {
     report.section(&format!("{} minutes without a break", subject.minutes));
     // A motion on the spot, where there is one: its end is near its start.
-    let on_the_spot = comparison.clips_of(subject.data_set, SHOWN[1].1).next();
+    let mut jacks = JUMPING_JACKS.iter();
+    let on_the_spot = jacks.find_map(|trial| comparison.clips_of(subject.data_set, trial).next());
     let longest = || comparison.clips.iter().max_by_key(|clip| clip.frames);
     let Some(clip) = on_the_spot
         .or_else(longest)

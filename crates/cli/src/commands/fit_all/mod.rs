@@ -9,6 +9,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
@@ -51,6 +52,10 @@ pub struct FitAllArgs {
     /// Only the sequences of this person; may be given several times.
     #[arg(long)]
     person: Vec<String>,
+    /// Do not fit this sequence, such as 50004_hop, and take away its clip, where it went wrong; its fit stays. May be
+    /// given several times. A run without it fits the sequence again.
+    #[arg(long, value_name = "SEQUENCE")]
+    leave_out: Vec<String>,
     /// The shape of a person, PERSON=b0,b1,...,b9; without it, it is fitted to the sequence of the person
     /// that begins nearest to rest.
     #[arg(long, allow_hyphen_values = true)]
@@ -78,6 +83,10 @@ struct Work<'a> {
     shapeless: &'a BTreeMap<String, String>,
     pool: rayon::ThreadPool,
     bar: ProgressBar,
+    /// When the first sequence was begun, and how many there are.
+    begun: Instant,
+    sequences: usize,
+    fitted: AtomicUsize,
 }
 
 /// Runs the command.
@@ -92,6 +101,20 @@ pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
             args.person.join(", ")
         );
     }
+    for name in &args.leave_out {
+        if !found.iter().any(|capture| capture.name == *name) {
+            bail!(
+                "--leave-out {name}: {} has no such sequence",
+                args.scans.display()
+            );
+        }
+    }
+    let (left_out, found): (Vec<Capture>, Vec<Capture>) = found
+        .into_iter()
+        .partition(|capture| args.leave_out.contains(&capture.name));
+    if found.is_empty() {
+        bail!("--leave-out leaves no sequence to fit");
+    }
     let _lock = match args.shard {
         None => FolderLock::take(&args.out)?,
         Some(_) => FolderLock::share(&args.out)?,
@@ -103,6 +126,16 @@ pub fn run(args: &FitAllArgs) -> anyhow::Result<()> {
     state::check_settings(&args.out, &settings(args, &sha256))?;
     let clips = args.out.join("clips");
     fs::create_dir_all(&clips).with_context(|| format!("cannot make {}", clips.display()))?;
+    for capture in &left_out {
+        let clip = clip_path(&args.out, capture);
+        match fs::remove_file(&clip) {
+            Ok(()) => say(&format!("{} is taken away", clip.display())),
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => {
+                return Err(error).with_context(|| format!("cannot remove {}", clip.display()));
+            }
+        }
+    }
     // Sequences of a person are neighbours: few parts look for the same shape.
     let ours = args
         .shard
@@ -286,7 +319,7 @@ fn fit_all(
     let mut failed = BTreeMap::new();
     let mut waiting = Vec::new();
     let mut frames = 0;
-    // Names of sequences by unit and up axis, in which all should be alike.
+    // Names of sequences by unit and axes, in which all should be alike.
     let mut kinds: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     for capture in found {
         if is_there(&args.out, capture) {
@@ -296,7 +329,9 @@ fn fit_all(
         match open(args, body, capture) {
             Ok(scans) => {
                 frames += scans.frame_count() as u64;
-                let kind = format!("in {}, {} up", scans.unit.name(), scans.up.name());
+                let axes = scans.axes.as_ref();
+                let axes = axes.map_or_else(String::new, |axes| format!(", {axes}"));
+                let kind = format!("in {}, {} up{axes}", scans.unit.name(), scans.up.name());
                 kinds.entry(kind).or_default().push(&capture.name);
                 for doubt in &scans.doubts {
                     say(&format!("check {}: {doubt}", capture.name));
@@ -333,6 +368,9 @@ fn fit_all(
         shapeless,
         pool,
         bar: progress_bar(frames),
+        begun: Instant::now(),
+        sequences: waiting.len(),
+        fitted: AtomicUsize::new(0),
     };
     let next = AtomicUsize::new(0);
     let is_full = AtomicBool::new(false);
@@ -351,12 +389,30 @@ fn fit_all(
                         let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
                         told.insert(capture.name.clone(), sentence(&error));
                     }
+                    work.tell_progress();
                 }
             });
         }
     });
     work.bar.finish_and_clear();
     Ok(told.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+impl Work<'_> {
+    /// Says how far the work is, in a log, where no bar is drawn.
+    fn tell_progress(&self) {
+        let fitted = self.fitted.fetch_add(1, Ordering::Relaxed) + 1;
+        let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        if !self.bar.is_hidden() || done == 0 {
+            return;
+        }
+        let left = all.saturating_sub(done) as f64 / done as f64;
+        let minutes = self.begun.elapsed().as_secs_f64() / 60.0 * left;
+        let sequences = self.sequences;
+        say(&format!(
+            "{fitted} of {sequences} sequences done, {done} of {all} frames, {minutes:.0} min left"
+        ));
+    }
 }
 
 fn tells_full_disk(error: &anyhow::Error) -> bool {

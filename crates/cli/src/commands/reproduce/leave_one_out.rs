@@ -5,9 +5,7 @@ use dynaskin_evaluate::study::group_names;
 use dynaskin_report::{Report, Table};
 
 use super::{Stage, differences, spread};
-
-/// Hops on one leg, as made by formula and as Dyna and D-FAUST name them.
-pub const ONE_LEG_HOPS: [&str; 3] = ["one-leg-hop", "one_leg_jump", "one_leg_loose"];
+use crate::commands::leave_one_out::{JUMPING_JACKS, ONE_LEG_HOPS, RUNS_IN_PLACE};
 
 /// A motion of the paper: mean and deviation of its method and of SMPL, in centimetres.
 struct Motion {
@@ -27,13 +25,13 @@ const MOTIONS: [Motion; 3] = [
     },
     Motion {
         name: "running on the spot",
-        trials: &["run-in-place", "running_on_spot"],
+        trials: &RUNS_IN_PLACE,
         paper_cm: [[0.77, 0.24], [1.13, 0.52]],
         paper_vertices: "vertices not told",
     },
     Motion {
         name: "jumping jacks",
-        trials: &["jumping-jacks", "jumping_jacks"],
+        trials: &JUMPING_JACKS,
         paper_cm: [[0.71, 0.26], [1.22, 0.68]],
         paper_vertices: "vertices not told",
     },
@@ -45,8 +43,9 @@ const GROUPS: [&str; 3] = ["whole body", "chest", "belly"];
 pub fn page(stage: &mut Stage) -> anyhow::Result<Report> {
     let mut report = Report::new("Figure 7 of Casas & Otaduy (2018): motions that were left out");
     report.paragraph(
-        "The mean distance of vertices from the truth in motions that the model did not learn from, beside plain \
-         skinning, which in the paper is SMPL. The figure shows all vertices, and breasts and belly by \
+        "The mean distance of vertices from the truth in clips that the model did not learn from, beside plain \
+         skinning, which in the paper is SMPL. What was unseen of each clip, its motion, its person (shape) or both, \
+         stands beside its name. The figure shows all vertices, and breasts and belly by \
          themselves, of one leg jumps; the text adds two motions.",
     );
     let mut table = Table::new([
@@ -75,6 +74,7 @@ pub fn page(stage: &mut Stage) -> anyhow::Result<Report> {
             continue;
         };
         let curves = stage.curves(&clip)?;
+        let name = format!("{} ({})", curves.name, clip.set.name());
         for group in GROUPS {
             let Some(index) = group_names().iter().position(|name| *name == group) else {
                 continue;
@@ -87,13 +87,13 @@ pub fn page(stage: &mut Stage) -> anyhow::Result<Report> {
                 let errors_mm = curves.of_group_mm(method, index);
                 let cm = [&errors_mm, &still_mm].map(|mm| spread(mm).map(|x| x / 10.0));
                 table.row(cells(
-                    &curves.name,
+                    &name,
                     group,
                     &format!("{} here", contestant.label),
                     cm,
                 ));
             }
-            plots.push(stage.plot(format!("{}: {group}", curves.name), &curves, index));
+            plots.push(stage.plot(format!("{name}: {group}"), &curves, index));
         }
     }
     if plots.is_empty() {
@@ -126,7 +126,7 @@ pub fn page(stage: &mut Stage) -> anyhow::Result<Report> {
             [
                 "model",
                 "one for each person and motion left out",
-                "one for all people, without all of these motions",
+                "one for all people, without what the split holds out",
             ],
             [
                 "inputs before",

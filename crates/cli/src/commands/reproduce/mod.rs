@@ -113,6 +113,7 @@ struct Stage {
 
 /// Runs the command.
 pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
+    refuse_unused(args)?;
     // Before the minutes that large networks play.
     dynaskin_files::check_place(&args.out)?;
     let (shown, players) = models(args)?;
@@ -138,6 +139,30 @@ pub fn run(args: &ReproduceArgs) -> anyhow::Result<()> {
         args.figure.name(),
         args.out.display()
     ));
+    Ok(())
+}
+
+/// Refuses options that the figure has no use for.
+fn refuse_unused(args: &ReproduceArgs) -> anyhow::Result<()> {
+    let figure = args.figure;
+    let plays = matches!(
+        figure,
+        Figure::DsnetFig8 | Figure::DsnetTable1 | Figure::CasasFig7
+    );
+    for (is_given, is_used, option) in [
+        (args.data.is_some(), plays, "--data"),
+        (args.body.is_some(), plays, "--body"),
+        (args.clip.is_some(), figure == Figure::DsnetFig8, "--clip"),
+        (
+            args.subspaces.is_some(),
+            figure == Figure::CasasFig5,
+            "--subspaces",
+        ),
+    ] {
+        if is_given && !is_used {
+            bail!("{} has no use for {option}; leave it out", figure.name());
+        }
+    }
     Ok(())
 }
 

@@ -3,8 +3,8 @@
 use anyhow::Context as _;
 use dynaskin_report::{Report, Table};
 
-use super::leave_one_out::ONE_LEG_HOPS;
 use super::{Stage, differences, spread};
+use crate::commands::leave_one_out::ONE_LEG_HOPS;
 
 /// The paper's least and largest value. It gives no unit.
 const PAPER: [f64; 2] = [0.004, 0.023];
@@ -24,9 +24,10 @@ pub fn page(stage: &mut Stage, name: Option<&str>) -> anyhow::Result<Report> {
     let curves = stage.curves(&clip)?;
     let mut report = Report::new("Figure 8 of DSNet (2021): error frame by frame");
     report.paragraph(&format!(
-        "The mean distance of all vertices from the truth in {}, a clip that the model did not learn from; \
+        "The mean distance of all vertices from the truth in {} ({}), a clip that the model did not learn from; \
          vertices without soft tissue count as errors of 0.",
-        curves.name
+        curves.name,
+        clip.set.name()
     ));
     report.plot(&stage.plot(curves.name.clone(), &curves, 0))?;
     report.section("Beside the paper");
@@ -88,7 +89,7 @@ pub fn page(stage: &mut Stage, name: Option<&str>) -> anyhow::Result<Report> {
             [
                 "learned from",
                 "the person's other motions, and one leg jumps of the four other women",
-                "what the split did not hold out: by default no hop on one leg of anybody",
+                "what the split did not hold out; what was unseen of the clip stands beside its name",
             ],
             [
                 "error",

@@ -69,6 +69,10 @@ pub fn page(data_set: &DataSet) -> Report {
     }
     report.table(&table);
     let simulated = data_set.is_simulated();
+    let captured = data_set
+        .clips
+        .iter()
+        .any(|clip| clip.name.subject.is_some());
     differences(
         &mut report,
         &[
@@ -85,9 +89,12 @@ pub fn page(data_set: &DataSet) -> Report {
             [
                 "tissue",
                 "left over from 4D scans after a SMPL fit",
-                match simulated {
-                    true => "simulated under motion captures (CMU) and motions made by formula",
-                    false => "left over from captures after a fit of the body",
+                match (simulated, captured) {
+                    (true, true) => {
+                        "simulated under motion captures (CMU) and motions made by formula"
+                    }
+                    (true, false) => "simulated",
+                    (false, _) => "left over from captures after a fit of the body",
                 },
             ],
         ],

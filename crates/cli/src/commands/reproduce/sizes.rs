@@ -24,9 +24,13 @@ pub fn section(report: &mut Report, shown: &[Shown]) -> anyhow::Result<()> {
     let vertices = shown
         .first()
         .map_or(PAPER_VERTICES, |one| one.bundle.vertices.len());
+    let counted = match shown.is_empty() {
+        true => "as many, because no model says which vertices move".to_owned(),
+        false => format!("the {vertices} vertices that move"),
+    };
     report.paragraph(&format!(
         "Weights and biases. The second column counts networks of the published sizes over {PAPER_VERTICES} \
-         vertices, the third those of the usual sizes here over the {vertices} vertices that move. Neither \
+         vertices, the third those of the usual sizes here over {counted}. Neither \
          paper counts its predictor. DSNet tells its autoencoder's layers, but neither channels nor kernels nor \
          strides: ours are the round numbers that come nearest. Casas & Otaduy's regressor gives offsets of \
          vertices in the paper and latents here."

@@ -10,10 +10,10 @@ use dynaskin_train::{Compute, TrainConfig};
 /// What every method needs.
 #[derive(Debug, Args)]
 pub struct CommonArgs {
-    /// Folder of clips made by `dynaskin simulate`.
+    /// Folder of clips made by `dynaskin simulate`, or the folder `clips` of `dynaskin fit-all`.
     #[arg(long)]
     pub data: PathBuf,
-    /// The body GLB that the clips were simulated on.
+    /// The body GLB that the clips were simulated on or fitted with.
     #[arg(long)]
     pub body: PathBuf,
     /// Folder to write the bundle into.

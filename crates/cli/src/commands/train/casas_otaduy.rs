@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
+use anyhow::bail;
 use clap::Args;
 use dynaskin_baselines::{
     AutoencoderConfig, AutoencoderWidths, CasasOtaduyConfig, CasasOtaduyProgress, RegressorConfig,
     RunFolder, compare_subspaces, train_casas_otaduy,
 };
-use dynaskin_train::{Networks, TrainingInput};
+use dynaskin_train::{ClipEntry, DataSet, Networks, Set, TrainingInput};
 
 use super::args::{CommonArgs, EpochArgs, PaperArgs};
 use super::progress::{clip_bar, epoch_line};
@@ -96,12 +97,41 @@ impl CasasOtaduyArgs {
     }
 }
 
+/// Refuses a clip for --compare-subspaces before the hours of training that come first.
+fn check_held_out(data_set: &DataSet, clip: &str) -> anyhow::Result<()> {
+    let held_out = data_set
+        .clips
+        .iter()
+        .filter(|entry| Set::TEST.contains(&entry.set));
+    let stem = |entry: &ClipEntry| {
+        entry
+            .path
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned())
+    };
+    let mut names: Vec<String> = held_out.filter_map(stem).collect();
+    names.sort();
+    if names.iter().any(|name| name == clip) {
+        return Ok(());
+    }
+    let some = match names.first() {
+        Some(first) => format!("there are {}, among them {first}", names.len()),
+        None => "there are none".to_owned(),
+    };
+    bail!(
+        "--compare-subspaces {clip}: expected a clip that is held out, without its ending; {some}"
+    )
+}
+
 /// Trains the method, with or without the weights of the loss; gives the minutes it took, too.
 pub fn train(
     args: &CasasOtaduyArgs,
     weighted: bool,
     input: TrainingInput<'_>,
 ) -> anyhow::Result<(Networks, f64)> {
+    if let Some(clip) = &args.compare_subspaces {
+        check_held_out(input.data_set, clip)?;
+    }
     let config = args.config(weighted);
     let path = args.epochs.checkpoint_folder(&args.common.out);
     let folder = RunFolder {

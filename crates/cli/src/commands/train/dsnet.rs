@@ -25,10 +25,10 @@ pub struct DsnetArgs {
     #[arg(long)]
     no_mask: bool,
     /// Channels of the autoencoder, after the first and the second layer.
-    #[arg(long, num_args = 2)]
+    #[arg(long, num_args = 2, conflicts_with = "published_size")]
     channels: Option<Vec<usize>>,
     /// Strides of its four convolutions.
-    #[arg(long, num_args = 4)]
+    #[arg(long, num_args = 4, conflicts_with = "published_size")]
     strides: Option<Vec<usize>>,
 }
 
