@@ -91,6 +91,35 @@ test("the divider moves by itself until it is touched", async ({ page }) => {
   expect(await place()).toBe(0);
 });
 
+for (const [width, height] of [
+  [1280, 720],
+  [390, 844],
+] as const) {
+  test(`the names of bodies that jump leave their faces free, ${width}×${height}`, async ({
+    page,
+  }) => {
+    await page.setViewportSize({ width, height });
+    await openAddress(page, "/?chapter=bodies");
+    const gapsPx = await page.evaluate(() => {
+      const demo = window.dynaskinDemo;
+      if (!demo) throw new Error("the page has no demo");
+      demo.restartStory();
+      // A round of the jump, with its flight.
+      return Array.from({ length: 18 }, () => {
+        for (let tick = 0; tick < 6; tick += 1) demo.advanceStory(1 / 60);
+        demo.draw();
+        const names = [...document.querySelectorAll("#names .name")];
+        return demo.bodiesPx.map(
+          ({ top }, idx) => top - (names[idx]?.getBoundingClientRect().bottom ?? Number.NaN),
+        );
+      }).flat();
+    });
+    expect(gapsPx.length).toBe(18 * (width > 1000 ? 5 : 3));
+    console.log(`names are ${Math.min(...gapsPx).toFixed(0)} px over heads at least`);
+    expect(Math.min(...gapsPx)).toBeGreaterThan(0);
+  });
+}
+
 test("the whole story by keyboard", async ({ page }) => {
   await page.emulateMedia({ reducedMotion: "reduce" });
   await openAddress(page, "/?resolution=full");

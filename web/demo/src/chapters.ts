@@ -2,6 +2,7 @@ import traits from "virtual:traits";
 import type { Figure } from "dynaskin";
 import type { Sex } from "./actors.js";
 import { lessMotion } from "./less-motion.js";
+import { narrowScreen } from "./narrow.js";
 import type { Settings } from "./settings.js";
 import { figureOf } from "./words.js";
 
@@ -66,9 +67,13 @@ export const CLOSE_UP = [0.5, 0.02, 1.26, 1.05] as const;
 const CAMERAS: Readonly<Record<Chapter, readonly [number, number, number, number]>> = {
   look: CLOSE_UP,
   ghost: [0.78, 0.02, 1.26, 1.05],
-  bodies: [0.38, 0.06, 3.6, 0.86],
+  // At the top of the jump there is room over the heads for their names.
+  bodies: [0.38, 0.06, 4.05, 0.97],
   grab: [0.38, 0.06, 3.3, 0.88],
 };
+
+/** Of three bodies on a narrow screen, which has room over their heads. */
+const NARROW_BODIES = [0.38, 0.06, 3.6, 0.86] as const;
 
 /** Weights of the bodies beside each other, in kilograms; a narrow picture has room for every second. */
 const WEIGHTS_KG: Readonly<Record<Sex, readonly number[]>> = {
@@ -114,7 +119,7 @@ export function chapterSettings(chapter: Chapter): Partial<Settings> {
     split: chapter === "ghost" ? 0 : 0.5,
     ...{ clothes: "sportswear", strength: 1, tissue: { gain: {}, stiffness: {}, damping: {} } },
     ...{ dynamics: true, heat: false, plots: false, hud: false, caption: false, speed: 1 },
-    camera: CAMERAS[chapter],
+    camera: chapter === "bodies" && narrowScreen.matches ? NARROW_BODIES : CAMERAS[chapter],
     paused: still,
     timeSeconds: still ? LANDING.peakSeconds : null,
   };
