@@ -119,8 +119,12 @@ test("ground truth is shown, and what each actor misses", async ({ reused: page 
     .getByRole("combobox", { name: "Motion" })
     .selectOption({ label: "Jumping jacks, simulated" });
   await expect(page.locator("#name-left")).toContainText("Ground truth");
-  await page.evaluate(() => window.dynaskinDemo?.seek(3));
-  expect(await largestMm(page, "leftAvatar")).toBeGreaterThan(10);
+  const landing = async () => {
+    await page.evaluate(() => window.dynaskinDemo?.seek(3));
+    return largestMm(page, "leftAvatar");
+  };
+  // The clip plays once its file is there.
+  await expect.poll(landing).toBeGreaterThan(10);
   const errors = () =>
     page.evaluate(() => window.dynaskinDemo?.samples.map(({ errorMm }) => errorMm) ?? []);
   const learned = await errors();
@@ -288,6 +292,7 @@ test("the program has the present settings and parses", async ({ page }) => {
   await openDemo(page, "?paused=1&sex=male&shape=1.5,-0.5&motion=twist&tempo=0.7&height=0.08");
   await page.getByLabel("Strength").fill("1.5");
   await page.keyboard.press("u");
+  await expect(page.locator("#code-text")).toBeVisible();
   const code = await page.locator("#code-text").inputValue();
   const [, program = ""] = /<script type="module">(.*)<\/script>/s.exec(code) ?? [];
   expect(() => parseAst(program)).not.toThrow();

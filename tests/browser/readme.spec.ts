@@ -73,6 +73,7 @@ test("the page that the demo gives away shows a body that moves", async ({ page 
   const folder = application("given");
   await openDemo(page, "?motion=twist&sex=male&shape=1.5,-0.5&strength=1.5&paused=1");
   await page.keyboard.press("u");
+  await expect(page.locator("#code-text")).toBeVisible();
   writeFileSync(join(folder, "index.html"), await page.locator("#code-text").inputValue());
   await expectMovingBody(page, `${REPOSITORY_URL}/${FOLDER}/given/index.html`, "given-page");
 });

@@ -16,8 +16,6 @@ export class BenchmarkDialog {
   constructor(store: PageStore, openWhole: () => Promise<Cast>) {
     this.#store = store;
     this.#openWhole = openWhole;
-    // It scrolls sideways where the table is wider, and keys have to reach that.
-    byId("benchmark-holder").tabIndex = 0;
     byId("benchmark-again").addEventListener("click", () => void this.#run());
     byId("benchmark-copy").addEventListener("click", () => void this.#copy());
     this.#dialog.addEventListener("close", () => this.#running?.abort());
