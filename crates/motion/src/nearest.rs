@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use crate::procedural::{LEAD_SECONDS, TAIL_SECONDS};
 use crate::{Clip, MotionError, Procedural, ProceduralKind};
 
-/// Poses are compared at this rate: the eighth of a second of a step has several.
+/// Poses are compared at this rate.
 const RATE_HZ: f64 = 60.0;
 /// Of a longer clip so many seconds are compared.
 const LONGEST_SECONDS: f64 = 60.0;
