@@ -178,7 +178,7 @@ export class App {
     if (!playback) return;
     this.#story.direct(playback);
     playback.advance(seconds * playback.speed);
-    this.#story.follow(playback);
+    this.#story.follow(playback, true);
   }
 
   /** Saves a film of what is on the screen, which moves in it even where it stands still now. */

@@ -14,7 +14,7 @@ export type Chapter = (typeof CHAPTERS)[number];
 export const CHAPTER_TEXTS: Readonly<Record<Chapter, { title: string; line: string }>> = {
   look: {
     title: "Bodies are soft.",
-    line: "One body, one jump. The left half follows its bones; the right half has tissue that arrives late and swings.",
+    line: "One body, one jump. Left of the line the skin follows the bones; right of it the tissue arrives late and swings. Watch chest and belly as the line passes over the landing.",
   },
   ghost: {
     title: "How far it goes.",
@@ -36,37 +36,52 @@ export const JUMP = { tempoHz: 0.6, heightM: 0.28, fromSeconds: 2.85, periodSeco
 /** The landing, in seconds of the motion: the skin is farthest from plain skinning in it. */
 export const LANDING = { fromSeconds: 3.42, peakSeconds: 3.52, toSeconds: 3.72 };
 
-/** How fast the landing plays after the first, and how softly the clock goes over into that. */
-const SLOW_SPEED = 0.18;
+/** The part of the landing in which the picture all but stands still, while the divider goes over the body. */
+const STILL = { fromSeconds: 3.5, toSeconds: 3.54 };
+
+/** How fast the landing and its still part play after the first, and how softly the clock goes over into them. */
+const SLOW_SPEED = 0.4;
+const STILL_SPEED = 0.026;
 const EASE_SECONDS = 0.04;
+const STILL_EASE_SECONDS = 0.006;
 
 const smooth = (share: number) => {
   const within = Math.max(0, Math.min(1, share));
   return within * within * (3 - 2 * within);
 };
 
+/** 1 within a part of the motion, 0 outside, with edges inside it that take `easeSeconds`. */
+function within(
+  timeSeconds: number,
+  part: { readonly fromSeconds: number; readonly toSeconds: number },
+  easeSeconds: number,
+): number {
+  return (
+    smooth((timeSeconds - part.fromSeconds) / easeSeconds) *
+    smooth((part.toSeconds - timeSeconds) / easeSeconds)
+  );
+}
+
 /** Speed of the clock at a time of the motion: real time, and slow motion in landings after the first. */
 export function storySpeed(timeSeconds: number, round: number): number {
   if (round === 0) return 1;
-  const inside =
-    smooth((timeSeconds - LANDING.fromSeconds) / EASE_SECONDS) *
-    smooth((LANDING.toSeconds - timeSeconds) / EASE_SECONDS);
-  return 1 - (1 - SLOW_SPEED) * inside;
+  const slowed = 1 - (1 - SLOW_SPEED) * within(timeSeconds, LANDING, EASE_SECONDS);
+  return slowed + (STILL_SPEED - slowed) * within(timeSeconds, STILL, STILL_EASE_SECONDS);
 }
 
-/** How far through the landing a time is, 0 to 1. */
-export function landingShare(timeSeconds: number): number {
-  const { fromSeconds, toSeconds } = LANDING;
-  return Math.max(0, Math.min(1, (timeSeconds - fromSeconds) / (toSeconds - fromSeconds)));
+/** How far through the still part of the landing a time is, 0 to 1, with no speed at either end. */
+export function stillShare(timeSeconds: number): number {
+  const { fromSeconds, toSeconds } = STILL;
+  return smooth((timeSeconds - fromSeconds) / (toSeconds - fromSeconds));
 }
 
 /** Yaw and pitch (radians), distance and height (metres) of the camera that the page begins with. */
-export const CLOSE_UP = [0.5, 0.02, 1.26, 1.05] as const;
+export const CLOSE_UP = [-0.42, 0, 1.22, 1] as const;
 
 /** The same of a chapter's camera. */
 const CAMERAS: Readonly<Record<Chapter, readonly [number, number, number, number]>> = {
   look: CLOSE_UP,
-  ghost: [0.78, 0.02, 1.26, 1.05],
+  ghost: [-0.7, 0, 1.22, 1],
   // At the top of the jump there is room over the heads for their names.
   bodies: [0.38, 0.06, 4.05, 0.97],
   grab: [0.38, 0.06, 3.3, 0.88],

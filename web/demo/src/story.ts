@@ -6,7 +6,7 @@ import {
   isLoop,
   JUMP,
   LANDING,
-  landingShare,
+  stillShare,
   storyFigure,
   storySpeed,
 } from "./chapters.js";
@@ -110,18 +110,17 @@ export class Story {
     playback.speed = isLoop(chapter) ? storySpeed(playback.timeSeconds, playback.rounds) : speed;
   }
 
-  /** Moves divider and camera to where the body is now. */
-  follow(playback: Playback): void {
+  /** Moves the camera to where the body is now, and the divider if time passes. */
+  follow(playback: Playback, timePasses = !playback.paused): void {
     const { chapter } = this.#store.state;
     const { camera } = this.#view;
     camera.riseM = chapter ? FOLLOW_SHARE[chapter] * (playback.pose[1] ?? 0) : 0;
-    if (chapter !== "look" || !this.#isDirected || playback.paused) return;
+    if (chapter !== "look" || !this.#isDirected || !timePasses) return;
     if (!isDivided(this.#store.state)) return;
-    const share = playback.rounds === 0 ? 0 : landingShare(playback.timeSeconds);
-    const way = playback.rounds % 2 === 0 ? -1 : 1;
+    const share = playback.rounds === 0 ? 0 : stillShare(playback.timeSeconds);
     const { metresPerPixel } = this.#view.project(camera.targetWorldM);
     const reach = Math.min(WIPE_SHARE, WIPE_M / (metresPerPixel * Math.max(1, innerWidth)));
-    this.#store.change({ split: 0.5 + way * reach * Math.sin(2 * Math.PI * share) });
+    this.#store.change({ split: 0.5 - reach * Math.sin(2 * Math.PI * share) });
   }
 
   /** Draws what lies over the picture. */

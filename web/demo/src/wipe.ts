@@ -4,6 +4,8 @@ import { hasTwoPictures, isDivided, type PageStore } from "./state.js";
 import { coveredPixels } from "./view.js";
 
 const KEY_STEP = 0.02;
+/** Room that a name takes beside its own width: to the divider, and to the edge of the picture. */
+const NAME_MARGIN_PX = 18;
 
 /**
  * The divider between two actors, dragged or moved with the arrow keys, and their names, which show
@@ -13,6 +15,8 @@ export class Wipe {
   readonly #store: PageStore;
   readonly #setLeftShare: (share: number) => void;
   readonly #divider = byId("divider");
+  /** Widths of the names as they were drawn last, in pixels. */
+  readonly #widthsPx = { left: 0, right: 0 };
 
   /** `setLeftShare` is told what share of the canvas the left actor has, from its left edge. */
   constructor(store: PageStore, setLeftShare: (share: number) => void) {
@@ -21,6 +25,13 @@ export class Wipe {
     this.#bindDivider();
     this.#bindName("left");
     this.#bindName("right");
+    const sizes = new ResizeObserver(() => {
+      for (const side of ["left", "right"] as const) {
+        this.#widthsPx[side] = byId(`name-${side}`).offsetWidth;
+      }
+      this.#show();
+    });
+    for (const side of ["left", "right"] as const) sizes.observe(byId(`name-${side}`));
     addEventListener("resize", () => this.#show());
     store.show(() => this.#show());
   }
@@ -48,6 +59,12 @@ export class Wipe {
     const x = split * this.#freeWidthPx;
     byId("wipe").style.setProperty("--x", `${x.toFixed(1)}px`);
     byId("wipe").classList.toggle("held", held !== null);
+    // A name that the picture's edge would cut goes away with the side that it names; a finger on it keeps it.
+    const roomPx = { left: x, right: this.#freeWidthPx - x };
+    for (const side of ["left", "right"] as const) {
+      const isCut = roomPx[side] < this.#widthsPx[side] + NAME_MARGIN_PX;
+      byId(`name-${side}`).classList.toggle("cut", isCut && held === null);
+    }
     const percent = Math.round(free * 100);
     this.#divider.setAttribute("aria-valuenow", `${percent}`);
     this.#divider.setAttribute("aria-valuetext", `${percent} % of the picture is the left actor`);
