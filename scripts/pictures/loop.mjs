@@ -6,7 +6,8 @@ import { advance, open } from "./open.mjs";
 
 const FRAMES_PER_SECOND = 20;
 const VIEWPORT = { width: 1000, height: 640 };
-const CLIP = { x: 200, y: 0, width: 600, height: 560 };
+/** As wide as the names go, which the divider takes along. */
+const CLIP = { x: 110, y: 0, width: 780, height: 560 };
 /** Without what is there to be clicked: a picture answers no clicks. */
 const STYLE =
   "body > *:not(.stage), kbd, .divider::after { display: none !important }" +

@@ -33,9 +33,18 @@ uniform mat3 skin;
 uniform mat3 clothes;
 in vec2 look;
 out vec4 colour;
+const float HEM_SPAN_M = 0.1; // from 0 to 1
 void main() {
-  vec3 factors = vec3(1.0, look.x, look.x * look.x);
-  float past = clamp((look.y - 0.5) / max(fwidth(look.y), 1e-4) + 0.5, 0.0, 1.0);
+  // Hems as in crates/render/shader/body.wgsl: an edge, a seam beside it, and the cloth's shade on the skin.
+  float pastM = (look.y - 0.5) * HEM_SPAN_M;
+  float pixelM = max(fwidth(pastM), 1e-5);
+  float past = clamp(pastM / pixelM + 0.5, 0.0, 1.0);
+  float seamM = max(0.0015, pixelM);
+  float seam = (1.0 - smoothstep(0.0, seamM, abs(pastM - 0.006))) * 0.0015 / seamM;
+  float beside = smoothstep(-0.007, 0.0, pastM) * (1.0 - smoothstep(0.0, 0.0015, pastM));
+  // The light is the root of what the surface reflects.
+  float l = look.x * sqrt((1.0 - 0.35 * seam) * (1.0 - 0.45 * beside));
+  vec3 factors = vec3(1.0, l, l * l);
   colour = vec4(mix(skin * factors, clothes * factors, past), 1.0);
 }`;
 
