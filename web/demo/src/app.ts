@@ -126,8 +126,9 @@ export class App {
     this.#loop = new FrameLoop({
       ...{ store, view, hud: this.hud, traces: this.stage.traces, capture: this.#capture },
       address: new Address(store, view.camera),
-      // What the loop covers is drawn once and waits.
-      isPaused: () => this.#baked.isShown || (this.#playback?.paused ?? false),
+      // Pictures beneath the loop would only keep the networks waiting.
+      isCovered: () => this.#baked.isShown && !store.state.isComplete,
+      isPaused: () => this.#playback?.paused ?? false,
       draw: (elapsedSeconds) => this.draw(elapsedSeconds),
     });
   }

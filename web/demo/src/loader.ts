@@ -159,6 +159,8 @@ export class Loader {
     }
     this.#loading.say("Loading the body");
     let early: Cast | null = null;
+    // The graphics card makes the divider's second canvas while files are on their way; who needs it waits for it below.
+    if (this.#store.state.layout === "wipe") this.#view.openLeft().catch(() => {});
     const load: (options: LoadOptions) => Promise<Model> = isWhole ? loadWhole : loadSlim;
     const model = await load({
       model: new URL(`${sex}/`, document.baseURI),

@@ -17,6 +17,8 @@ export interface LoopParts {
   traces: Traces;
   capture: Capture;
   address: Address;
+  /** Whether something else lies over the whole picture. */
+  isCovered: () => boolean;
   /** Whether the clock of what plays stands still. */
   isPaused: () => boolean;
   /** Advances by so many seconds of real time and draws. */
@@ -65,7 +67,7 @@ export class FrameLoop {
     hud.show(now);
     traces.show(now);
     address.rememberCamera(now);
-    if (capture.isFilming) return;
+    if (capture.isFilming || this.#parts.isCovered()) return;
     const isStill = this.#parts.isPaused() && !this.#isStale && !view.isStale;
     if (isStill && !capture.isRecording) {
       this.#stand(now);
