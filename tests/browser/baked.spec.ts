@@ -89,7 +89,7 @@ test("it moves, and the live body goes on at the same moment", async ({ page }) 
   await page.waitForTimeout(700);
   const late = await picture(page, "baked-late");
   expect(differing(early, late, 12, TRUNK)).toBeGreaterThan(0.05);
-  await expect(page.getByText("without tissue", { exact: true })).toBeVisible();
+  await expect(page.getByText("rigid skin", { exact: true })).toBeVisible();
   expect(await marks(page)).toBe(1);
   // What the visitor sees at each picture of the display, until the loop is gone.
   const watched = page.evaluate(

@@ -14,11 +14,11 @@ export type Chapter = (typeof CHAPTERS)[number];
 export const CHAPTER_TEXTS: Readonly<Record<Chapter, { title: string; line: string }>> = {
   look: {
     title: "Bodies are soft.",
-    line: "One body, one jump. Left of the line the skin follows the bones; right of it the tissue arrives late and swings. Watch chest and belly as the line passes over the landing.",
+    line: "One body, one jump. Left of the line the skin is rigid and follows the bones; right of it soft tissue arrives late and swings. Watch chest and belly as the line passes.",
   },
   ghost: {
     title: "How far it goes.",
-    line: "The line is the skin without tissue; the numbers are the distance from it in millimetres.",
+    line: "The line is the rigid skin; the numbers are how far the soft tissue is from it, in millimetres.",
   },
   bodies: {
     title: "Every body in its own time.",
@@ -76,12 +76,12 @@ export function stillShare(timeSeconds: number): number {
 }
 
 /** Yaw and pitch (radians), distance and height (metres) of the camera that the page begins with. */
-export const CLOSE_UP = [-0.42, 0, 1.22, 1] as const;
+export const CLOSE_UP = [-0.42, 0, 1.24, 1.1] as const;
 
 /** The same of a chapter's camera. */
 const CAMERAS: Readonly<Record<Chapter, readonly [number, number, number, number]>> = {
   look: CLOSE_UP,
-  ghost: [-0.7, 0, 1.22, 1],
+  ghost: [-0.7, 0, 1.24, 1.06],
   // At the top of the jump there is room over the heads for their names.
   bodies: [0.38, 0.06, 4.05, 0.97],
   grab: [0.38, 0.06, 3.3, 0.88],

@@ -27,6 +27,6 @@ export function filmTexts({ chapter, shown }: Readonly<State>): Omit<ClipTexts, 
 
 /** What the story calls its two actors. */
 const STORY_NAMES: Partial<Record<Chapter, readonly string[]>> = {
-  look: ["without tissue", "with tissue"],
-  ghost: ["line: without tissue", "with tissue"],
+  look: ["rigid skin", "soft tissue"],
+  ghost: ["line: rigid skin", "soft tissue"],
 };

@@ -30,7 +30,7 @@ export function showReadings(store: PageStore, { view, names, wipe, traces }: Re
     const { left, right, held, shown } = state;
     if (shown.length > 0) names.label(isMoved(state));
     names.setHeld(held, aloneOf(state) !== null);
-    if (state.chapter) wipe.setNames("without tissue", "with tissue");
+    if (state.chapter) wipe.setNames("rigid skin", "soft tissue");
     else wipe.setNames(nameOf(left, isMoved(state)), nameOf(right, isMoved(state)));
   });
   store.show(() => {

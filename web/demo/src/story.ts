@@ -19,7 +19,7 @@ import type { View } from "./view.js";
 import { coefficientsOf } from "./words.js";
 
 /** How far from the body's middle the divider goes, in metres. */
-const WIPE_M = 0.24;
+const WIPE_M = 0.17;
 /** And at most, as a share of the picture's width. */
 const WIPE_SHARE = 0.4;
 /** How much of the body's rise and fall the camera follows, so that a jump stays in a close picture. */
