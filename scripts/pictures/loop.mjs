@@ -11,7 +11,7 @@ const CLIP = { x: 110, y: 0, width: 780, height: 560 };
 /** Without what is there to be clicked: a picture answers no clicks. */
 const STYLE =
   "body > *:not(.stage), kbd, .divider::after { display: none !important }" +
-  ".wipe .name { top: 14px !important }";
+  ".wipe { --name-bottom: 96px !important }";
 /** A round takes about three seconds; more than this is a fault. */
 const MOST_FRAMES = 5 * FRAMES_PER_SECOND;
 /** Less, and what moved before stays behind as blocks. */

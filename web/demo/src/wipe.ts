@@ -5,7 +5,7 @@ import { coveredPixels } from "./view.js";
 
 const KEY_STEP = 0.02;
 /** Room that a name takes beside its own width: to the divider, and to the edge of the picture. */
-const NAME_MARGIN_PX = 18;
+const NAME_MARGIN_PX = 28;
 
 /**
  * The divider between two actors, dragged or moved with the arrow keys, and their names, which show
