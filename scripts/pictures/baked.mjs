@@ -22,7 +22,7 @@ const DARK_EVERY = 10;
 /** The file's step of length, in hundredths of a millimetre: half of what a pixel shows of the body. */
 const STEP_HUNDREDTHS = 50;
 /** Root mean squares that are left out, in steps of the file. */
-const TOLERANCES = { places: 0.5, tissue: 0.35, light: 0.65, cloth: 0 };
+const TOLERANCES = { places: 0.5, tissue: 0.35, light: 0.9, cloth: 0 };
 /** A value that is off by no more of a step than this is left as its neighbours let expect it. */
 const ROUNDED_OFF = 0.6;
 /** How often light is spread to the neighbours. */
