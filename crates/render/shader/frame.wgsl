@@ -25,7 +25,8 @@ struct Frame {
     // One over the picture's size in pixels.
     inverse_size_px: vec2<f32>,
     aspect: f32,
-    padding: f32,
+    // Share of the shadow map's side that is in use, from its corner.
+    shadow_share: f32,
     // Linear display colours.
     background_center: vec4<f32>,
     background_edge: vec4<f32>,

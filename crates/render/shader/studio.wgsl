@@ -12,7 +12,7 @@ const GROUND_IRRADIANCE = vec3<f32>(0.20, 0.18, 0.165);
 // Share of the key light that reaches a point, 0..1. Sixteen bilinear comparisons on a grid give
 // a penumbra without noise, so a moving body does not flicker.
 // The grid's step is given in metres, so that maps of different sizes give the same penumbra; it is
-// at least a texel.
+// at least a texel, and about one: between comparisons that are farther apart the edge would have steps.
 fn key_visibility(position_world_m: vec3<f32>, normal_world: vec3<f32>, step_m: f32) -> f32 {
     let spread_m = max(step_m, frame.shadow_texel_m);
     // Pushing the point out along its normal keeps slanted faces from shading themselves: the grid
@@ -22,7 +22,7 @@ fn key_visibility(position_world_m: vec3<f32>, normal_world: vec3<f32>, step_m: 
     let lifted_m = position_world_m
         + normal_world * spread_m * (0.6 + 1.7 * sqrt(1.0 - along_key * along_key));
     let clip = frame.shadow_from_world * vec4<f32>(lifted_m, 1.0);
-    let center = clip.xy * vec2<f32>(0.5, -0.5) + 0.5;
+    let center = (clip.xy * vec2<f32>(0.5, -0.5) + 0.5) * frame.shadow_share;
     // The floor may lie beyond the fitted depth range: whatever the map holds is in front of it.
     let depth = clamp(clip.z, 0.0, 1.0) - 0.0008;
     if any(abs(clip.xy) > vec2<f32>(0.995)) {

@@ -40,7 +40,7 @@ pub(crate) struct FrameUniform {
     pub inverse_heat_range_per_m: f32,
     pub inverse_size_px: [f32; 2],
     pub aspect: f32,
-    pub padding: f32,
+    pub shadow_share: f32,
     pub background_center: [f32; 4],
     pub background_edge: [f32; 4],
     pub heat_ramp: [[f32; 4]; HEAT_STOPS],

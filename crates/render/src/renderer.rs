@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use bytemuck::Zeroable;
 use dynaskin_skeleton::Skinning;
 use glam::Mat4;
 
@@ -17,7 +16,7 @@ use crate::{
     pipelines::{DecodedPipelines, Pipelines},
     readback,
     shadow::ShadowMap,
-    studio,
+    studio::{self, ShadowView},
     targets::{Output, Targets},
 };
 
@@ -515,11 +514,11 @@ impl Renderer {
                 Some(next) => (next.texture.create_view(&Default::default()), Some(next)),
             },
         };
-        self.write_frame();
+        let shadow = self.write_frame();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.encode_decoding(&mut encoder);
         self.encode_skinning(&mut encoder);
-        self.encode_shadow(&mut encoder);
+        self.encode_shadow(&mut encoder, shadow);
         self.encode_picture(&mut encoder, &picture);
         self.gpu.queue.submit([encoder.finish()]);
         if let Some(texture) = presented {
@@ -624,7 +623,8 @@ impl Renderer {
         Err(RenderError::SurfaceLost)
     }
 
-    fn write_frame(&self) {
+    /// Gives what the key light sees.
+    fn write_frame(&self) -> ShadowView {
         let drawn = self.bodies.values().filter(|body| body.is_drawn());
         let parts: Vec<WorldPart> = drawn.flat_map(Body::world_parts).collect();
         let shadow = studio::fit_shadow(&parts, self.shadow.size_px());
@@ -652,15 +652,16 @@ impl Renderer {
             inverse_heat_range_per_m: self.heat_range_mm.map_or(0.0, |range_mm| 1e3 / range_mm),
             inverse_size_px: [1.0 / self.size.width as f32, 1.0 / self.size.height as f32],
             aspect: self.size.aspect(),
+            shadow_share: shadow.side_px as f32 / self.shadow.size_px() as f32,
             background_center: linear(self.background.center_srgb),
             background_edge: linear(self.background.edge_srgb),
             heat_ramp: self.heat_ramp,
             occluders,
-            ..FrameUniform::zeroed()
         };
         self.gpu
             .queue
             .write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&frame));
+        shadow
     }
 
     fn encode_decoding(&mut self, encoder: &mut wgpu::CommandEncoder) {
@@ -681,8 +682,8 @@ impl Renderer {
         }
     }
 
-    fn encode_shadow(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = self.shadow.begin_pass(encoder);
+    fn encode_shadow(&self, encoder: &mut wgpu::CommandEncoder, view: ShadowView) {
+        let mut pass = self.shadow.begin_pass(encoder, view.side_px);
         pass.set_pipeline(&self.pipelines.shadow);
         pass.set_bind_group(0, &self.frame_group, &[]);
         for body in self.drawn(false) {

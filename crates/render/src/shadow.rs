@@ -64,14 +64,19 @@ impl ShadowMap {
         ]
     }
 
+    /// Begins to draw into a square of `side_px` texels in the map's corner.
     pub fn begin_pass<'encoder>(
         &self,
         encoder: &'encoder mut wgpu::CommandEncoder,
+        side_px: u32,
     ) -> wgpu::RenderPass<'encoder> {
-        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow"),
             depth_stencil_attachment: Some(depth_attachment(&self.view, wgpu::StoreOp::Store)),
             ..Default::default()
-        })
+        });
+        let side = side_px as f32;
+        pass.set_viewport(0.0, 0.0, side, side, 0.0, 1.0);
+        pass
     }
 }

@@ -11,6 +11,10 @@ use crate::{Camera, gpu_data::MAX_OCCLUDERS, parts::WorldPart};
 /// from which a body is usually looked at.
 const KEY_WORLD: Vec3 = Vec3::new(-0.30, 0.90, 0.80);
 
+/// Width of the shadow map's texels in metres, where the map has enough of them. The shaders compare points that are
+/// as far apart: where they stand wider than the texels, a shadow's edge has as many steps as there are points.
+const SHADOW_TEXEL_M: f32 = 0.005;
+
 /// Radius of the floor disc in metres.
 pub(crate) const FLOOR_RADIUS_M: f32 = 7.0;
 
@@ -19,6 +23,8 @@ pub(crate) const FLOOR_RADIUS_M: f32 = 7.0;
 pub(crate) struct ShadowView {
     /// World to the light's clip space (depth 0..1).
     pub shadow_from_world: Mat4,
+    /// Texels along a side, from the map's corner: no more than it takes.
+    pub side_px: u32,
     /// Width of one texel in metres.
     pub texel_m: f32,
 }
@@ -43,7 +49,7 @@ pub(crate) fn rim_world(camera: &Camera) -> Vec3 {
     (flat + 0.75 * camera.right() + 0.75 * Vec3::Y).normalize()
 }
 
-/// Fits the key light's view to all parts, for a square map of `size_px` texels.
+/// Fits the key light's view to all parts, for a square map of at most `size_px` texels.
 ///
 /// The view's radius grows in steps and its centre moves by whole texels: a moving body's shadow
 /// edges would crawl otherwise.
@@ -60,7 +66,8 @@ pub(crate) fn fit_shadow(parts: &[WorldPart], size_px: u32) -> ShadowView {
         ((min + max) * 0.5, (max - min).length() * 0.5)
     };
     let radius_m = (radius_m / STEP_M).ceil().max(1.0) * STEP_M;
-    let texel_m = 2.0 * radius_m / size_px as f32;
+    let side_px = ((2.0 * radius_m / SHADOW_TEXEL_M).ceil() as u32).clamp(1, size_px);
+    let texel_m = 2.0 * radius_m / side_px as f32;
 
     let light_from_world = view::look_to_mat4(Vec3::ZERO, -key_world(), Vec3::Y);
     let center_light = light_from_world.transform_point3(center_m);
@@ -75,6 +82,7 @@ pub(crate) fn fit_shadow(parts: &[WorldPart], size_px: u32) -> ShadowView {
     );
     ShadowView {
         shadow_from_world: clip_from_light * light_from_world,
+        side_px,
         texel_m,
     }
 }
@@ -131,7 +139,7 @@ mod tests {
                     let world = Vec3::new(pick(0).x, pick(1).y, pick(2).z);
                     let clip = view.shadow_from_world.transform_point3(world);
                     // One texel may be lost to snapping.
-                    let edge = 1.0 + 2.0 / size_px as f32;
+                    let edge = 1.0 + 2.0 / view.side_px as f32;
                     assert!(clip.x.abs() <= edge && clip.y.abs() <= edge, "{clip}");
                     assert!((-0.01..=1.01).contains(&clip.z), "{clip}");
                 }
@@ -148,14 +156,27 @@ mod tests {
                 Vec3::new(0.5, 1.8, 0.2) + offset,
             );
             fit_shadow(&[body], 1024)
-                .shadow_from_world
-                .transform_point3(Vec3::ZERO)
         };
-        let moved_texels = (at(0.0137) - at(0.0)) * 512.0;
+        let [from, to] = [0.0, 0.0137].map(at);
+        let origin = |view: ShadowView| view.shadow_from_world.transform_point3(Vec3::ZERO);
+        let moved_texels = (origin(to) - origin(from)) * (from.side_px as f32 / 2.0);
         assert!(
             (moved_texels - moved_texels.round()).truncate().length() < 0.02,
             "{moved_texels}"
         );
+    }
+
+    #[test]
+    fn texels_are_as_far_apart_as_the_points_that_are_compared() {
+        let one = part(Vec3::new(-0.5, 0.0, -0.2), Vec3::new(0.5, 1.8, 0.2));
+        for size_px in [1024, 2048] {
+            let view = fit_shadow(&[one], size_px);
+            assert!(view.side_px < size_px, "{}", view.side_px);
+            let share = view.texel_m / SHADOW_TEXEL_M;
+            assert!((0.99..=1.0).contains(&share), "{share}");
+        }
+        let many = part(Vec3::new(-9.0, 0.0, -0.2), Vec3::new(9.0, 1.8, 0.2));
+        assert_eq!(fit_shadow(&[many], 1024).side_px, 1024);
     }
 
     #[test]
