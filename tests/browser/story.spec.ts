@@ -188,6 +188,32 @@ test("on a phone the names stand over the text, however long it is", async ({ pa
   }
 });
 
+test("on a phone no name is cut by the edge while the divider moves", async ({ page }) => {
+  await page.setViewportSize({ width: 390, height: 844 });
+  await openAddress(page, "/");
+  const seen = await page.evaluate(() => {
+    const demo = window.dynaskinDemo;
+    if (!demo) throw new Error("the page has no demo");
+    demo.restartStory();
+    return Array.from({ length: 50 }, () => {
+      for (let picture = 0; picture < 5; picture += 1) demo.advanceStory(1 / 60);
+      demo.draw();
+      const names = [...document.querySelectorAll(".wipe .name")].map((name) => {
+        const { left, right } = name.getBoundingClientRect();
+        return {
+          isShown: !name.classList.contains("cut"),
+          isWhole: left >= 0 && right <= innerWidth,
+        };
+      });
+      return names;
+    });
+  });
+  expect(seen.flat().filter(({ isShown, isWhole }) => isShown && !isWhole)).toEqual([]);
+  // One of the two is always there, and each goes away once.
+  expect(seen.every((names) => names.some(({ isShown }) => isShown))).toBe(true);
+  for (const side of [0, 1]) expect(seen.some((names) => !names[side]?.isShown)).toBe(true);
+});
+
 test("below the picture: papers, results, licence and how to cite", async ({ page }) => {
   await page.emulateMedia({ reducedMotion: "reduce" });
   await openAddress(page, "/?resolution=full");
