@@ -198,6 +198,8 @@ test("on a phone no name is cut by the edge while the divider moves", async ({ p
     return Array.from({ length: 50 }, () => {
       for (let picture = 0; picture < 5; picture += 1) demo.advanceStory(1 / 60);
       demo.draw();
+      const { scrollWidth } = document.documentElement;
+      if (scrollWidth > innerWidth) throw new Error(`the page is ${scrollWidth} px wide`);
       const names = [...document.querySelectorAll(".wipe .name")].map((name) => {
         const { left, right } = name.getBoundingClientRect();
         return {
