@@ -51,7 +51,7 @@ const smooth = (share: number) => {
 };
 
 /** 1 within a part of the motion, 0 outside, with edges inside it that take `easeSeconds`. */
-function within(
+function shareWithin(
   timeSeconds: number,
   part: { readonly fromSeconds: number; readonly toSeconds: number },
   easeSeconds: number,
@@ -65,8 +65,8 @@ function within(
 /** Speed of the clock at a time of the motion: real time, and slow motion in landings after the first. */
 export function storySpeed(timeSeconds: number, round: number): number {
   if (round === 0) return 1;
-  const slowed = 1 - (1 - SLOW_SPEED) * within(timeSeconds, LANDING, EASE_SECONDS);
-  return slowed + (STILL_SPEED - slowed) * within(timeSeconds, STILL, STILL_EASE_SECONDS);
+  const slowed = 1 - (1 - SLOW_SPEED) * shareWithin(timeSeconds, LANDING, EASE_SECONDS);
+  return slowed + (STILL_SPEED - slowed) * shareWithin(timeSeconds, STILL, STILL_EASE_SECONDS);
 }
 
 /** How far through the still part of the landing a time is, 0 to 1, with no speed at either end. */
