@@ -14,6 +14,8 @@ const DRAWERS = {
   webgpu: { backend: "webgpu" },
   three: { backend: "webgl2", engine: "three" },
   babylon: { backend: "webgl2", engine: "babylon" },
+  "three-webgpu": { backend: "webgpu", engine: "three" },
+  "babylon-webgpu": { backend: "webgpu", engine: "babylon" },
 };
 
 /** What pages of engines find by name. */
@@ -25,6 +27,8 @@ const IMPORTS = {
   "dynaskin/three": "/web/sdk/dist/three/index.js",
   three: "/node_modules/three/build/three.module.js",
   "three/addons/": "/node_modules/three/examples/jsm/",
+  "three/tsl": "/node_modules/three/build/three.tsl.js",
+  "three/webgpu": "/node_modules/three/build/three.webgpu.js",
 };
 
 async function measure({ backend, engine }, counts, executablePath, url) {

@@ -90,6 +90,8 @@ export function watchGraphicsCard(canvas, backend) {
   let device;
   const ask = GPUAdapter.prototype.requestDevice;
   GPUAdapter.prototype.requestDevice = async function (...what) {
+    // The next one may be somebody else's.
+    GPUAdapter.prototype.requestDevice = ask;
     device = await ask.apply(this, what);
     return device;
   };

@@ -27,7 +27,7 @@ export async function measureDecoding({ model, count, backend, engine }) {
       return avatar;
     });
     const drawn = engine
-      ? await inEngine(engine, avatars, model)
+      ? await inEngine(engine, avatars, model, backend)
       : await inRenderer(loaded, avatars, backend);
     const times = { stepMs: [], updateMs: [], renderMs: [], frameMs: [] };
     crowds.push({ decoding, crowd, times, ...drawn });
@@ -89,12 +89,14 @@ async function inRenderer(model, avatars, backend) {
   };
 }
 
-async function inEngine(engine, avatars, model) {
+async function inEngine(engine, avatars, model, backend) {
   const { crowdInBabylon, crowdInThree } = await import("./engine-decoding.mjs");
   const make = engine === "three" ? crowdInThree : crowdInBabylon;
-  const { skins, canvas, render, dispose } = await make(avatars, model);
+  const canvas = document.createElement("canvas");
+  const idle = watchGraphicsCard(canvas, backend);
+  const { skins, render, dispose } = await make(avatars, model, canvas, backend);
   return {
-    idle: watchGraphicsCard(canvas, "webgl2"),
+    idle,
     pose: (poses) => {
       for (const [idx, skin] of skins.entries()) skin.writePose(poses[idx]);
       return skins.map((skin) => skin.readPose());

@@ -14,12 +14,16 @@ const place = (idx) => [
 
 const EYE_M = [0, 6, 22];
 
-/** `avatars` in three.js, drawn by WebGLRenderer with the materials of the file. */
-export async function crowdInThree(avatars, model) {
+/** `avatars` in three.js, drawn by WebGLRenderer or WebGPURenderer with the materials of the file. */
+export async function crowdInThree(avatars, model, canvas, backend) {
   const THREE = await import("three");
   const { GLTFLoader } = await import("three/addons/loaders/GLTFLoader.js");
   const { DynaSkin } = await import("dynaskin/three");
-  const renderer = new THREE.WebGLRenderer();
+  const renderer =
+    backend === "webgpu"
+      ? new (await import("three/webgpu")).WebGPURenderer({ canvas })
+      : new THREE.WebGLRenderer({ canvas });
+  await renderer.init?.();
   renderer.setSize(SIZE_PX, SIZE_PX);
   const scene = new THREE.Scene().add(new THREE.HemisphereLight(0xffffff, 0x806040, 4));
   const camera = new THREE.PerspectiveCamera(40, 1, 0.1, 60);
@@ -36,14 +40,13 @@ export async function crowdInThree(avatars, model) {
   }
   return {
     skins,
-    canvas: renderer.domElement,
     render: () => renderer.render(scene, camera),
     dispose: () => renderer.dispose(),
   };
 }
 
-/** The same in Babylon.js, with the engine of WebGL 2. */
-export async function crowdInBabylon(avatars, model) {
+/** The same in Babylon.js, with the engine of WebGL 2 or of WebGPU. */
+export async function crowdInBabylon(avatars, model, canvas, backend) {
   const [
     { FreeCamera },
     { Engine },
@@ -63,9 +66,12 @@ export async function crowdInBabylon(avatars, model) {
   );
   await import("@babylonjs/loaders/glTF/2.0/index.js");
   const { DynaSkin } = await import("dynaskin/babylon");
-  const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [SIZE_PX, SIZE_PX];
-  const engine = new Engine(canvas, false);
+  const engine =
+    backend === "webgpu"
+      ? new (await import("@babylonjs/core/Engines/webgpuEngine.js")).WebGPUEngine(canvas)
+      : new Engine(canvas, false);
+  await engine.initAsync?.();
   const scene = new Scene(engine);
   const camera = new FreeCamera("camera", new Vector3(...EYE_M), scene);
   camera.setTarget(new Vector3(0, 1, 0));
@@ -88,5 +94,5 @@ export async function crowdInBabylon(avatars, model) {
     scene.render();
     engine.endFrame();
   };
-  return { skins, canvas, render, dispose: () => engine.dispose() };
+  return { skins, render, dispose: () => engine.dispose() };
 }

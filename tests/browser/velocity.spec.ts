@@ -2,7 +2,7 @@
 import { test } from "@playwright/test";
 import { expectVelocity } from "./velocity.js";
 
-for (const way of ["DynaSkin", "attributes", "texture"]) {
+for (const way of ["DynaSkin", "DynaSkin on the card", "attributes", "texture"]) {
   test(`babylon, ${way}: motion vectors follow the tissue`, ({ page }) =>
     expectVelocity(page, "babylon", way, false));
 }

@@ -11,7 +11,7 @@ mod texels;
 
 pub use error::DecodingError;
 pub use matrix::DecoderMatrix;
-pub use shaders::{COMPUTE, FRAGMENT, MESH, SHARED};
+pub use shaders::{COMPUTE, FRAGMENT, MESH, MESH_COMPUTE, SHARED};
 pub use texels::{BodyTexels, Tables};
 
 /// Texels of a row, in every texture but that of the latents (`shader/decode.wgsl`, `WIDTH`).

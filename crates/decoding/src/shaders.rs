@@ -11,3 +11,6 @@ pub const FRAGMENT: &str = include_str!("../shader/decode_fragment.wgsl");
 
 /// Behind [`FRAGMENT`]: a vertex stage whose output is captured into the vertex buffers of an engine's mesh.
 pub const MESH: &str = include_str!("../shader/decode_mesh.wgsl");
+
+/// Behind [`COMPUTE`]: a pass that decodes in the order of an engine's mesh.
+pub const MESH_COMPUTE: &str = include_str!("../shader/decode_mesh_compute.wgsl");

@@ -5,10 +5,19 @@
 
 use std::path::PathBuf;
 
-use dynaskin_decoding::{FRAGMENT, MESH, SHARED, WIDTH};
+use dynaskin_decoding::{COMPUTE, FRAGMENT, MAX_SLOTS, MESH, MESH_COMPUTE, SHARED, WIDTH};
 use naga::ShaderStage;
 use naga::back::glsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+/// The module, of which naga finds that it is one.
+fn checked(wgsl: String) -> String {
+    let module = naga::front::wgsl::parse_str(&wgsl).unwrap();
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .unwrap();
+    wgsl
+}
 
 /// The module's entry point as GLSL ES 3.00, as wgpu translates it for WebGL2.
 fn glsl(wgsl: &str, stage: ShaderStage, entry_point: &str) -> String {
@@ -59,11 +68,17 @@ fn expected() -> String {
             "GLSL whose output is captured: positions and normals of a mesh's vertices.",
             glsl(&mesh, ShaderStage::Vertex, "vs_mesh"),
         ),
+        (
+            "COMPUTE",
+            "WGSL of the passes `decode_positions`, of a batch, and `decode_mesh`, of the vertices of a mesh.",
+            checked([SHARED, COMPUTE, MESH_COMPUTE].join("\n")),
+        ),
     ];
     let mut file = format!(
         "// Written by the tests of the Rust crate dynaskin-decoding from its WGSL, by naga; do not edit. After a change there:\n\
          // DYNASKIN_WRITE_GOLDEN=1 cargo test -p dynaskin-decoding --test engine_shaders\n\n\
-         /** Texels of a row. */\nexport const WIDTH = {WIDTH};\n"
+         /** Texels of a row. */\nexport const WIDTH = {WIDTH};\n\n\
+         /** Bodies of a batch at most. */\nexport const MAX_SLOTS = {MAX_SLOTS};\n"
     );
     for (name, what, text) in constants {
         // Browsers have no use for comments.

@@ -54,11 +54,13 @@ export async function compare(way, webgpu) {
     engine.endFrame();
   };
   let binding;
+  let skin = null;
   return compareVelocity(
     {
       async play(model, how, motionVectors) {
         if (how === "DynaSkin") {
-          return new DynaSkin(model.createAvatar(), mesh, { motionVectors });
+          skin = new DynaSkin(model.createAvatar(), mesh, { motionVectors });
+          return skin;
         }
         // As it was loaded, before it is posed.
         binding ??= await bindAvatar(model, root, { depicts: "adult", worker: false });
@@ -83,6 +85,10 @@ export async function compare(way, webgpu) {
         const view = scene.getTransformMatrix();
         const world = mesh.getWorldMatrix();
         const all = world.multiply(view);
+        // What a card has decoded, Babylon's own functions do not know.
+        if (skin?.isDecodedOnCard) {
+          mesh.geometry.getVerticesData("position", false, false).set(skin.avatar.positions);
+        }
         const positions = mesh.getPositionData(true, true);
         const place = new Vector3();
         return Float32Array.from(

@@ -28,7 +28,7 @@ const HIDDEN = 0.004;
  * Plays to a landing, holds the pose, and compares.
  *
  * @param {VelocityStand} stand
- * @param {string} way `DynaSkin`, or what `write` is to be
+ * @param {string} way `DynaSkin`, `DynaSkin on the card`, or what `write` is to be
  */
 export async function compareVelocity(stand, way) {
   const model = await load({ model: MODEL_URL });
@@ -70,12 +70,15 @@ async function compareTexture(stand, model) {
  */
 async function follow(stand, model, way, motionVectors) {
   // Whatever was played before, it begins in one pose.
-  const poser = await stand.play(model, way, motionVectors);
+  const isOnCard = way === "DynaSkin on the card";
+  const how = isOnCard ? "DynaSkin" : way;
+  const poser = await stand.play(model, how, motionVectors);
   const motion = Motion.procedural("hop", poser.avatar);
   poser.writePose(motion.poseAt(0));
   poser.dispose();
-  const player = await stand.play(model, way, motionVectors);
+  const player = await stand.play(model, how, motionVectors);
   const { avatar } = player;
+  if (isOnCard) avatar.decoding = "card";
   const step = (/** @type {number} */ tick) => {
     player.writePose(motion.poseAt(tick / 60));
     player.update(1 / 60);
@@ -125,8 +128,26 @@ async function follow(stand, model, way, motionVectors) {
   await hold();
   const morphed = difference(morphedBefore, stand.places(), await stand.read());
   stand.morph(0);
+  const { isDecodedOnCard = false } = player;
+  // Back to the CPU and to the card again: the first frame that each decodes has vectors like others.
+  const changed = isOnCard ? await change(player, hold, stand) : null;
   player.dispose();
-  return { moving, held, morphed, still };
+  return { moving, held, morphed, still, changed, isDecodedOnCard };
+}
+
+/**
+ * @param {any} player
+ * @param {() => Promise<void>} hold
+ * @param {VelocityStand} stand
+ */
+async function change(player, hold, stand) {
+  player.avatar.decoding = "cpu";
+  await hold();
+  await hold();
+  const before = stand.places();
+  player.avatar.decoding = "card";
+  await hold();
+  return difference(before, stand.places(), await stand.read());
 }
 
 /**

@@ -1,5 +1,6 @@
 import { FreeCamera } from "@babylonjs/core/Cameras/freeCamera.js";
 import { Engine } from "@babylonjs/core/Engines/engine.js";
+import { WebGPUEngine } from "@babylonjs/core/Engines/webgpuEngine.js";
 import { DirectionalLight } from "@babylonjs/core/Lights/directionalLight.js";
 import { HemisphericLight } from "@babylonjs/core/Lights/hemisphericLight.js";
 import { ShadowGenerator } from "@babylonjs/core/Lights/Shadows/shadowGenerator.js";
@@ -13,15 +14,22 @@ import { Mesh } from "@babylonjs/core/Meshes/mesh.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import "@babylonjs/loaders/glTF/2.0/index.js";
 import { DynaSkin } from "dynaskin/babylon";
-import { APART_M, MODEL_URL, playOnCard, SIZE } from "./stage.js";
+import { APART_M, MODEL_URL, playOnCard, SIZE, webGl, webGpu } from "./stage.js";
 
-/** See `playOnCard`; a shadow generator draws the meshes too. */
-export function playInBabylon() {
+/**
+ * See `playOnCard`; a shadow generator draws the meshes too.
+ *
+ * @param onWebGpu - with `WebGPUEngine`
+ */
+export function playInBabylon(onWebGpu) {
   return playOnCard(async (avatars) => {
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = SIZE;
     document.body.append(canvas);
-    const engine = new Engine(canvas, false, { preserveDrawingBuffer: true });
+    const engine = onWebGpu
+      ? new WebGPUEngine(canvas)
+      : new Engine(canvas, false, { preserveDrawingBuffer: true });
+    await engine.initAsync?.();
     const scene = new Scene(engine);
     const camera = new FreeCamera("camera", new Vector3(-1, 1.1, 3.4), scene);
     camera.setTarget(new Vector3(0, 0.95, 0));
@@ -48,20 +56,22 @@ export function playInBabylon() {
     const own = meshes.map(({ geometry }) => geometry);
     const skins = avatars.map((avatar, idx) => new DynaSkin(avatar, meshes[idx]));
     await scene.whenReadyAsync();
-    const gl = engine._gl;
+    const gl = onWebGpu ? null : engine._gl;
+    const gpu = gl ? webGl(gl) : webGpu(engine._device, canvas);
     const buffer = (idx, kind) =>
       meshes[idx].geometry.getVertexBuffer(kind).getBuffer().underlyingResource;
     const draw = () => {
       engine.beginFrame();
       scene.render();
       engine.endFrame();
+      if (!gl) return gpu.pixels();
       const pixels = new Uint8Array(4 * SIZE[0] * SIZE[1]);
       gl.readPixels(0, 0, ...SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
       return pixels;
     };
     return {
       skins,
-      gl,
+      gpu,
       draw,
       buffers: (idx) => ({ positions: buffer(idx, "position"), normals: buffer(idx, "normal") }),
       order: () => null,

@@ -1,12 +1,20 @@
 import { DynaSkin } from "dynaskin/three";
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { APART_M, MODEL_URL, playOnCard, SIZE } from "./stage.js";
+import { WebGPURenderer } from "three/webgpu";
+import { APART_M, MODEL_URL, playOnCard, SIZE, webGl, webGpu } from "./stage.js";
 
-/** See `playOnCard`; the last body's vertices are in another order, and shadows fall on a wall. */
-export function playInThree() {
+/**
+ * See `playOnCard`; the last body's vertices are in another order, and shadows fall on a wall.
+ *
+ * @param onWebGpu - with `WebGPURenderer`
+ */
+export function playInThree(onWebGpu) {
   return playOnCard(async (avatars) => {
-    const renderer = new THREE.WebGLRenderer({ preserveDrawingBuffer: true });
+    const renderer = onWebGpu
+      ? new WebGPURenderer()
+      : new THREE.WebGLRenderer({ preserveDrawingBuffer: true });
+    await renderer.init?.();
     renderer.setSize(...SIZE);
     renderer.shadowMap.enabled = true;
     document.body.append(renderer.domElement);
@@ -38,19 +46,21 @@ export function playInThree() {
     }
     const own = meshes.map(({ geometry }) => geometry);
     const skins = avatars.map((avatar, idx) => new DynaSkin(avatar, meshes[idx]));
-    const gl = renderer.getContext();
+    const gl = onWebGpu ? null : renderer.getContext();
+    const gpu = gl ? webGl(gl) : webGpu(renderer.backend.device, renderer.domElement);
     const attribute = (idx, name) => meshes[idx].geometry.getAttribute(name);
+    const buffer = (idx, name) =>
+      gl ? attribute(idx, name).buffer : renderer.backend.get(attribute(idx, name)).buffer;
     return {
       skins,
-      gl,
-      draw: () => {
+      gpu,
+      async draw() {
+        // What three works out once a frame is worked out anew.
+        if (onWebGpu) await new Promise(requestAnimationFrame);
         renderer.render(scene, camera);
-        return pixelsOf(gl);
+        return gl ? pixelsOf(gl) : gpu.pixels();
       },
-      buffers: (idx) => ({
-        positions: attribute(idx, "position").buffer,
-        normals: attribute(idx, "normal").buffer,
-      }),
+      buffers: (idx) => ({ positions: buffer(idx, "position"), normals: buffer(idx, "normal") }),
       order: (idx) => {
         const { count } = attribute(idx, "position");
         return idx === avatars.length - 1

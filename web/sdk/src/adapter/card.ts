@@ -11,8 +11,13 @@ export interface CardSeat {
   readonly isLost: boolean;
   /** Takes over what is to be seen. The card decodes it before the engine draws next. */
   take(undecoded: Undecoded): void;
-  /** Is told that somebody else has written to the mesh's buffers. */
+  /** Is told that somebody else writes to the mesh's buffers. */
   overwrite(): void;
+  /**
+   * Is told that another frame is drawn, once what has changed for it is decoded. Where the mesh has a buffer of
+   * previous positions, it then holds those of the frame before.
+   */
+  beginFrame(): void;
   /** Gives the place back. */
   free(): void;
 }

@@ -4,6 +4,9 @@
 /** Texels of a row. */
 export const WIDTH = 512;
 
+/** Bodies of a batch at most. */
+export const MAX_SLOTS = 64;
+
 /** GLSL of a quad over the rows of one body. */
 export const POSITIONS_VERTEX = `#version 300 es
 
@@ -342,5 +345,154 @@ void main() {
     _vs2fs_location1 = _tmp_return.normal_rest;
     gl_Position.yz = vec2(-gl_Position.y, gl_Position.z * 2.0 - gl_Position.w);
     return;
+}
+`;
+
+/** WGSL of the passes `decode_positions`, of a batch, and `decode_mesh`, of the vertices of a mesh. */
+export const COMPUTE = `
+const WIDTH: u32 = 512u;
+
+const MAX_SLOTS: u32 = 64u;
+
+struct Batch {
+    vertex_count: u32,
+    body_rows: u32,
+    stride: u32,
+    height: u32,
+    slots: array<vec4<u32>, 16>,
+}
+
+@group(0) @binding(0) var<uniform> batch: Batch;
+@group(0) @binding(1) var vertices: texture_2d<u32>;
+@group(0) @binding(2) var weights: texture_2d<f32>;
+@group(0) @binding(3) var corners: texture_2d<u32>;
+@group(0) @binding(4) var still_positions: texture_2d<f32>;
+@group(0) @binding(5) var controls: texture_2d<f32>;
+@group(0) @binding(6) var latents: texture_2d<f32>;
+
+fn texel(index: u32) -> vec2<u32> {
+    return vec2<u32>(index % WIDTH, index / WIDTH);
+}
+
+fn body_texel(slot: u32, vertex: u32) -> vec2<u32> {
+    return texel(vertex) + vec2<u32>(0u, slot * batch.body_rows);
+}
+
+fn soft_limited(v: vec3<f32>, knee: f32, limit: f32) -> vec3<f32> {
+    let squared = dot(v, v);
+    if squared <= knee * knee {
+        return v;
+    }
+    if limit <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let size = sqrt(squared);
+    let room = limit - knee;
+    let limited = knee + room * tanh(min((size - knee) / room, 10.0));
+    return v * (limited / size);
+}
+
+fn decoded_offset_m(slot: u32, vertex: u32) -> vec3<f32> {
+    let lists = textureLoad(vertices, texel(vertex), 0);
+    var offset_m = vec3<f32>(0.0);
+    for (var at = lists.x; at < lists.y; at++) {
+        let weight = textureLoad(weights, texel(at), 0);
+        let latent = u32(weight.w);
+        let four = textureLoad(latents, vec2<u32>(latent / 4u, slot), 0);
+        offset_m += four[latent % 4u] * weight.xyz;
+    }
+    let own = textureLoad(controls, body_texel(slot, vertex), 0);
+    return soft_limited(own.x * offset_m, 0.5 * own.y, own.y);
+}
+
+fn still_position_m(slot: u32, vertex: u32) -> vec3<f32> {
+    return textureLoad(still_positions, body_texel(slot, vertex), 0).xyz;
+}
+
+fn decoded_normal(slot: u32, vertex: u32) -> vec3<f32> {
+    let lists = textureLoad(vertices, texel(vertex), 0);
+    let at_m = decoded_position_m(slot, vertex);
+    var sum = vec3<f32>(0.0);
+    for (var at = lists.z; at < lists.w; at++) {
+        let others = textureLoad(corners, texel(at), 0);
+        let first_m = decoded_position_m(slot, others.x) - at_m;
+        let second_m = decoded_position_m(slot, others.y) - at_m;
+        sum += cross(first_m, second_m);
+    }
+    let squared = dot(sum, sum);
+    return select(vec3<f32>(0.0, 1.0, 0.0), sum * inverseSqrt(max(squared, 1e-37)), squared > 0.0);
+}
+
+
+@group(0) @binding(7) var<storage, read_write> positions_rest_m: array<f32>;
+@group(0) @binding(8) var<storage, read_write> normals_rest: array<f32>;
+@group(0) @binding(9) var<storage, read_write> offset_sizes_m: array<f32>;
+
+fn decoded_position_m(slot: u32, vertex: u32) -> vec3<f32> {
+    let at = 3u * (slot * batch.stride + vertex);
+    return vec3<f32>(positions_rest_m[at], positions_rest_m[at + 1u], positions_rest_m[at + 2u]);
+}
+
+fn batch_slot(index: u32) -> u32 {
+    return batch.slots[index / 4u][index % 4u];
+}
+
+@compute @workgroup_size(64)
+fn decode_positions(@builtin(global_invocation_id) id: vec3<u32>) {
+    let vertex = id.x;
+    if vertex >= batch.vertex_count {
+        return;
+    }
+    let slot = batch_slot(id.y);
+    let offset_m = decoded_offset_m(slot, vertex);
+    let position_m = still_position_m(slot, vertex) + offset_m;
+    let index = slot * batch.stride + vertex;
+    positions_rest_m[3u * index] = position_m.x;
+    positions_rest_m[3u * index + 1u] = position_m.y;
+    positions_rest_m[3u * index + 2u] = position_m.z;
+    offset_sizes_m[index] = length(offset_m);
+}
+
+@compute @workgroup_size(64)
+fn decode_normals(@builtin(global_invocation_id) id: vec3<u32>) {
+    let vertex = id.x;
+    if vertex >= batch.vertex_count {
+        return;
+    }
+    let slot = batch_slot(id.y);
+    let normal = decoded_normal(slot, vertex);
+    let at = 3u * (slot * batch.stride + vertex);
+    normals_rest[at] = normal.x;
+    normals_rest[at + 1u] = normal.y;
+    normals_rest[at + 2u] = normal.z;
+}
+
+
+struct Mesh {
+    slot: u32,
+    vertex_count: u32,
+}
+
+@group(1) @binding(0) var<uniform> mesh: Mesh;
+@group(1) @binding(1) var<storage, read> mesh_vertices: array<u32>;
+@group(1) @binding(2) var<storage, read_write> mesh_positions_rest_m: array<f32>;
+@group(1) @binding(3) var<storage, read_write> mesh_normals_rest: array<f32>;
+
+@compute @workgroup_size(64)
+fn decode_mesh(@builtin(global_invocation_id) id: vec3<u32>) {
+    let index = id.x;
+    if index >= mesh.vertex_count {
+        return;
+    }
+    let vertex = mesh_vertices[index];
+    let position_m = decoded_position_m(mesh.slot, vertex);
+    let normal = decoded_normal(mesh.slot, vertex);
+    let at = 3u * index;
+    mesh_positions_rest_m[at] = position_m.x;
+    mesh_positions_rest_m[at + 1u] = position_m.y;
+    mesh_positions_rest_m[at + 2u] = position_m.z;
+    mesh_normals_rest[at] = normal.x;
+    mesh_normals_rest[at + 1u] = normal.y;
+    mesh_normals_rest[at + 2u] = normal.z;
 }
 `;

@@ -65,7 +65,11 @@ export interface EngineRig {
    * @param vertexOf - the body's vertex for each of the mesh
    * @param refresh - brings {@link positions} and {@link normals} up to date, for whoever reads them
    */
-  seat(undecoded: Undecoded, vertexOf: Uint32Array, refresh: () => void): CardSeat | null;
+  seat(
+    undecoded: Undecoded,
+    vertexOf: Uint32Array<ArrayBuffer>,
+    refresh: () => void,
+  ): CardSeat | null;
   /**
    * Has the engine blend dual quaternions, or skin as it does by itself, as it does at first.
    *
@@ -95,7 +99,7 @@ export abstract class SkinDriver<Mesh extends object> {
   #isDual = false;
   /** What the card decodes for; null while the CPU does. */
   #seat: CardSeat | null = null;
-  #vertexOf: Uint32Array | null = null;
+  #vertexOf: Uint32Array<ArrayBuffer> | null = null;
   /** Whether the arrays of the rig are older than what is shown. */
   #isBehind = false;
 
@@ -188,7 +192,7 @@ export abstract class SkinDriver<Mesh extends object> {
     return true;
   }
 
-  #vertices(rig: EngineRig): Uint32Array {
+  #vertices(rig: EngineRig): Uint32Array<ArrayBuffer> {
     const same = { length: rig.positions.length / 3 };
     this.#vertexOf ??= this.#vertexMap
       ? Uint32Array.from(this.#vertexMap)

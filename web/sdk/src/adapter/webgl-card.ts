@@ -5,13 +5,20 @@
 // The shaders and the layout of their textures are those of the Rust crate `dynaskin-decoding`.
 import type { DecoderMatrix, Undecoded } from "../decoding.js";
 import type { CardSeat } from "./card.js";
-import { MESH_VERTEX, POSITIONS_FRAGMENT, POSITIONS_VERTEX, WIDTH } from "./decoding-shaders.js";
+import { CardDecoder, CardPool, type PoolCard, PoolSeat } from "./card-pools.js";
+import {
+  MAX_SLOTS,
+  MESH_VERTEX,
+  POSITIONS_FRAGMENT,
+  POSITIONS_VERTEX,
+  WIDTH,
+} from "./decoding-shaders.js";
 import { withOwnState } from "./webgl-state.js";
 
-/** As in the shaders. */
-const MAX_SLOTS = 64;
-/** Numbers of the uniform block before its slots. */
-const BATCH_HEAD = 4;
+/** Bytes of a position or normal in a buffer. */
+const VERTEX_BYTES = 12;
+/** Bytes of the shaders' uniform block. */
+const BATCH_BYTES = 4 * (4 + MAX_SLOTS);
 /** Numbers of the shaders' textures. */
 const [VERTICES, WEIGHTS, CORNERS, STILL, CONTROLS, LATENTS] = [1, 2, 3, 4, 5, 6];
 /** Of the texture of decoded positions: another group has its numbers. */
@@ -26,6 +33,8 @@ void main() {}
 export interface MeshBuffers {
   readonly positions: WebGLBuffer;
   readonly normals: WebGLBuffer;
+  /** Positions as the frame before has them, where motion vectors are drawn. */
+  readonly previous?: WebGLBuffer | undefined;
   readonly vertexOf: Uint32Array;
 }
 
@@ -46,7 +55,7 @@ export function webGlCard(gl: WebGL2RenderingContext | WebGLRenderingContext): W
 }
 
 /** Decodes in one context. */
-export class WebGlCard {
+export class WebGlCard implements PoolCard {
   readonly gl: WebGL2RenderingContext;
   readonly positionsPass: Pass;
   readonly meshPass: Pass;
@@ -88,8 +97,7 @@ export class WebGlCard {
         for (const [unit, place] of pass.textures) gl.uniform1i(place, this.firstUnit + unit);
       }
       gl.bindBufferBase(gl.UNIFORM_BUFFER, this.bindingPoint, this.batch);
-      const bytes = 4 * (BATCH_HEAD + MAX_SLOTS);
-      gl.bufferData(gl.UNIFORM_BUFFER, bytes, gl.DYNAMIC_DRAW);
+      gl.bufferData(gl.UNIFORM_BUFFER, BATCH_BYTES, gl.DYNAMIC_DRAW);
     });
     // What it made is none of the context's that comes back.
     gl.canvas.addEventListener("webglcontextlost", () => {
@@ -116,8 +124,8 @@ export class WebGlCard {
     });
   }
 
-  touch(pool: Pool): void {
-    this.#dirty.add(pool);
+  touch(pool: CardPool): void {
+    this.#dirty.add(pool as Pool);
   }
 
   /** Lets go of a decoder that has no bodies any more. */
@@ -181,27 +189,21 @@ function passOf(
   return { program, textures, first: gl.getUniformLocation(program, "naga_vs_first_instance") };
 }
 
-/** The tables of one decoder, and its bodies in pools. */
-class Decoder {
+/** The tables of one decoder, and its bodies. */
+class Decoder extends CardDecoder<Pool> {
   /** Whether the card's textures are large enough. */
   readonly fits: boolean;
   readonly tables: readonly [unit: number, texture: WebGLTexture][];
-  readonly latentCount: number;
   readonly #card: WebGlCard;
-  readonly #matrix: DecoderMatrix;
-  readonly #pools: Pool[] = [];
-  readonly #bodyRows: number;
 
   constructor(card: WebGlCard, undecoded: Undecoded) {
     const { gl } = card;
     const { vertices, weights, corners } = undecoded.tables();
+    const maxSize: number = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    super(undecoded.matrix, vertices.length / 4, maxSize);
     this.#card = card;
-    this.#matrix = undecoded.matrix;
-    this.latentCount = undecoded.matrix.latentCount;
-    this.#bodyRows = vertices.length / 4 / WIDTH;
     const rows = [vertices.length / 4, weights.length / 4, corners.length / 2];
-    const mostRows = Math.max(...rows) / WIDTH;
-    this.fits = Math.max(mostRows, WIDTH) <= gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    this.fits = Math.max(...rows.map((texels) => texels / WIDTH), WIDTH) <= maxSize;
     this.tables = this.fits
       ? [
           [VERTICES, textureOf(card, VERTICES, gl.RGBA32UI, WIDTH, vertices)],
@@ -211,26 +213,13 @@ class Decoder {
       : [];
   }
 
-  /** A free place. Each pool is twice as large as the one before: few bodies take little memory, many few passes. */
-  take(): [pool: Pool, slot: number] {
-    for (const pool of this.#pools) {
-      const slot = pool.taken.indexOf(false);
-      if (slot >= 0) return [pool, slot];
-    }
-    const { gl } = this.#card;
-    const largest = Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / this.#bodyRows);
-    const capacity = Math.min(2 ** this.#pools.length, MAX_SLOTS, largest);
-    const pool = new Pool(this.#card, this, this.#bodyRows, capacity);
-    this.#pools.push(pool);
-    return [pool, 0];
+  protected override makePool(capacity: number): Pool {
+    return new Pool(this.#card, this, capacity);
   }
 
-  /** Is told that a place is free: with the last body the textures go. */
-  release(): void {
-    if (this.#pools.some(({ taken }) => taken.includes(true))) return;
-    for (const pool of this.#pools) pool.dispose();
+  protected override dispose(): void {
     for (const [, texture] of this.tables) this.#card.gl.deleteTexture(texture);
-    this.#card.forget(this.#matrix);
+    this.#card.forget(this.matrix);
   }
 }
 
@@ -278,36 +267,23 @@ function write(
 }
 
 /** Room for some bodies of one decoder. */
-class Pool {
-  readonly taken: boolean[];
-  /** By slot: what is captured after it is decoded. */
-  readonly #dirty = new Map<number, WebGlSeat>();
-  /** By slot: constants that are not uploaded yet. */
-  readonly #constants = new Map<number, Undecoded>();
+class Pool extends CardPool<WebGlSeat> {
   readonly #card: WebGlCard;
   readonly #decoder: Decoder;
   readonly #textures: readonly [unit: number, texture: WebGLTexture][];
   readonly #decoded: WebGLTexture;
   readonly #target: WebGLFramebuffer;
-  /** Latents as the texture has them. */
-  readonly #latents: Float32Array;
-  readonly #latentWidth: number;
-  readonly #batch = new Uint32Array(BATCH_HEAD + MAX_SLOTS);
-  readonly #bodyRows: number;
 
-  constructor(card: WebGlCard, decoder: Decoder, bodyRows: number, capacity: number) {
+  constructor(card: WebGlCard, decoder: Decoder, capacity: number) {
+    super(card, decoder, capacity);
     const { gl } = card;
     this.#card = card;
     this.#decoder = decoder;
-    this.#bodyRows = bodyRows;
-    this.taken = Array.from({ length: capacity }, () => false);
-    this.#latentWidth = Math.max(1, Math.ceil(decoder.latentCount / 4));
-    this.#latents = new Float32Array(4 * this.#latentWidth * capacity);
-    const height = capacity * bodyRows;
+    const height = capacity * decoder.bodyRows;
     this.#textures = [
       [STILL, textureOf(card, STILL, gl.RGBA32F, WIDTH, height)],
       [CONTROLS, textureOf(card, CONTROLS, gl.RG32F, WIDTH, height)],
-      [LATENTS, textureOf(card, LATENTS, gl.RGBA32F, this.#latentWidth, capacity)],
+      [LATENTS, textureOf(card, LATENTS, gl.RGBA32F, this.latentWidth, capacity)],
     ];
     this.#decoded = textureOf(card, DECODED, gl.RGBA32F, WIDTH, height);
     this.#target = gl.createFramebuffer();
@@ -315,24 +291,9 @@ class Pool {
     gl.framebufferTexture2D(
       ...[gl.DRAW_FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.#decoded, 0],
     );
-    this.#batch.set([bodyRows * WIDTH, bodyRows, 0, height]);
   }
 
-  set(slot: number, seat: WebGlSeat, undecoded: Undecoded, withConstants: boolean): void {
-    if (withConstants) this.#constants.set(slot, undecoded);
-    this.#latents.set(undecoded.latents(), 4 * this.#latentWidth * slot);
-    this.#dirty.set(slot, seat);
-    this.#card.touch(this);
-  }
-
-  free(slot: number): void {
-    this.taken[slot] = false;
-    this.#dirty.delete(slot);
-    this.#constants.delete(slot);
-    this.#decoder.release();
-  }
-
-  dispose(): void {
+  override dispose(): void {
     const { gl } = this.#card;
     for (const [, texture] of this.#textures) gl.deleteTexture(texture);
     gl.deleteTexture(this.#decoded);
@@ -341,7 +302,7 @@ class Pool {
 
   /** Decodes the bodies that have changed. */
   decode(): void {
-    if (this.#dirty.size === 0) return;
+    if (this.changed.size === 0) return;
     const { gl, positionsPass, meshPass } = this.#card;
     for (const [unit, texture] of [...this.#decoder.tables, ...this.#textures]) {
       this.#card.bind(unit, texture);
@@ -351,64 +312,55 @@ class Pool {
     gl.useProgram(positionsPass.program);
     gl.bindVertexArray(this.#card.quad);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.#target);
-    gl.viewport(0, 0, WIDTH, this.#bodyRows * this.taken.length);
-    gl.drawArraysInstanced(gl.TRIANGLES, 0, 6, this.#dirty.size);
+    gl.viewport(0, 0, WIDTH, this.#decoder.bodyRows * this.seats.length);
+    gl.drawArraysInstanced(gl.TRIANGLES, 0, 6, this.changed.size);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
     this.#card.bind(DECODED, this.#decoded);
     gl.useProgram(meshPass.program);
     gl.enable(gl.RASTERIZER_DISCARD);
     gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, this.#card.capture);
     let index = 0;
-    for (const seat of this.#dirty.values()) {
+    for (const slot of this.changed) {
       gl.uniform1ui(meshPass.first, index);
-      seat.capture();
+      this.seats[slot]?.capture();
       index += 1;
     }
     gl.disable(gl.RASTERIZER_DISCARD);
-    this.#dirty.clear();
+    this.changed.clear();
   }
 
   #upload(gl: WebGL2RenderingContext): void {
-    for (const [slot, undecoded] of this.#constants) {
+    const { bodyRows } = this.#decoder;
+    for (const [slot, undecoded] of this.constants) {
       const { stillPositions, controls } = undecoded.bodyTexels();
-      const place = [slot * this.#bodyRows, WIDTH, this.#bodyRows] as const;
+      const place = [slot * bodyRows, WIDTH, bodyRows] as const;
       gl.activeTexture(gl.TEXTURE0 + this.#card.firstUnit + STILL);
       write(gl, gl.RGBA32F, ...place, stillPositions);
       gl.activeTexture(gl.TEXTURE0 + this.#card.firstUnit + CONTROLS);
       write(gl, gl.RG32F, ...place, controls);
     }
-    this.#constants.clear();
-    const slots = [...this.#dirty.keys()];
-    const [first, end] = [Math.min(...slots), Math.max(...slots) + 1];
-    const row = 4 * this.#latentWidth;
+    this.constants.clear();
+    const { first, count, numbers } = this.beginBatch();
     gl.activeTexture(gl.TEXTURE0 + this.#card.firstUnit + LATENTS);
-    const numbers = this.#latents.subarray(first * row, end * row);
-    write(gl, gl.RGBA32F, first, this.#latentWidth, end - first, numbers);
-    this.#batch.set(slots, BATCH_HEAD);
+    write(gl, gl.RGBA32F, first, this.latentWidth, count, numbers);
     gl.bindBufferBase(gl.UNIFORM_BUFFER, this.#card.bindingPoint, this.#card.batch);
-    gl.bufferSubData(gl.UNIFORM_BUFFER, 0, this.#batch);
+    gl.bufferSubData(gl.UNIFORM_BUFFER, 0, this.batch);
   }
 }
 
-class WebGlSeat implements CardSeat {
+class WebGlSeat extends PoolSeat {
   readonly #card: WebGlCard;
-  readonly #pool: Pool;
-  readonly #slot: number;
   readonly #buffers: MeshBuffers;
   readonly #vertices: WebGLVertexArrayObject;
   readonly #vertexOf: WebGLBuffer;
-  #constantsRevision: string | null = null;
-  #surfaceRevision: number | null = null;
 
   constructor(card: WebGlCard, pool: Pool, slot: number, buffers: MeshBuffers) {
+    super(card, pool, slot);
     const { gl, meshPass } = card;
     this.#card = card;
-    this.#pool = pool;
-    this.#slot = slot;
     this.#buffers = buffers;
     this.#vertices = gl.createVertexArray();
     this.#vertexOf = gl.createBuffer();
-    pool.taken[slot] = true;
     gl.bindVertexArray(this.#vertices);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#vertexOf);
     gl.bufferData(gl.ARRAY_BUFFER, buffers.vertexOf, gl.STATIC_DRAW);
@@ -417,34 +369,11 @@ class WebGlSeat implements CardSeat {
     gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 0, 0);
   }
 
-  get isLost(): boolean {
-    return this.#card.isLost;
-  }
-
-  take(undecoded: Undecoded): void {
-    const { surfaceRevision, constantsRevision } = undecoded;
-    const isConstant = constantsRevision === this.#constantsRevision;
-    if (isConstant && surfaceRevision === this.#surfaceRevision) return;
-    this.#pool.set(this.#slot, this, undecoded, !isConstant);
-    this.#constantsRevision = constantsRevision;
-    this.#surfaceRevision = surfaceRevision;
-  }
-
-  overwrite(): void {
-    this.#surfaceRevision = null;
-  }
-
-  free(): void {
-    this.#pool.free(this.#slot);
-    if (this.isLost) return;
-    this.#card.gl.deleteVertexArray(this.#vertices);
-    this.#card.gl.deleteBuffer(this.#vertexOf);
-  }
-
   /** Has the vertices of the mesh written, with program, textures and number of the body as they are set. */
   capture(): void {
     const { gl } = this.#card;
     const { positions, normals, vertexOf } = this.#buffers;
+    if (this.leaveDrawn()) this.copyToPrevious();
     gl.bindVertexArray(this.#vertices);
     gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, positions);
     gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 1, normals);
@@ -454,5 +383,22 @@ class WebGlSeat implements CardSeat {
     // No engine can draw from a buffer that is bound here.
     gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, null);
     gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 1, null);
+  }
+
+  protected override copyToPrevious(): void {
+    const { gl } = this.#card;
+    const { positions, previous, vertexOf } = this.#buffers;
+    if (!previous) return;
+    gl.bindBuffer(gl.COPY_READ_BUFFER, positions);
+    gl.bindBuffer(gl.COPY_WRITE_BUFFER, previous);
+    const bytes = VERTEX_BYTES * vertexOf.length;
+    gl.copyBufferSubData(gl.COPY_READ_BUFFER, gl.COPY_WRITE_BUFFER, 0, 0, bytes);
+    gl.bindBuffer(gl.COPY_READ_BUFFER, null);
+    gl.bindBuffer(gl.COPY_WRITE_BUFFER, null);
+  }
+
+  protected override dispose(): void {
+    this.#card.gl.deleteVertexArray(this.#vertices);
+    this.#card.gl.deleteBuffer(this.#vertexOf);
   }
 }

@@ -17,7 +17,6 @@ export type { Humanoid } from "./read-avatar.js";
 import type { Bone } from "@babylonjs/core/Bones/bone.js";
 import { VertexBuffer } from "@babylonjs/core/Buffers/buffer.js";
 import { BoundingInfo } from "@babylonjs/core/Culling/boundingInfo.js";
-import type { ThinEngine } from "@babylonjs/core/Engines/thinEngine.js";
 import { Matrix, Quaternion, Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import type { Geometry } from "@babylonjs/core/Meshes/geometry.js";
 import type { Mesh } from "@babylonjs/core/Meshes/mesh.js";
@@ -26,10 +25,10 @@ import type { CardSeat } from "../adapter/card.js";
 import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import type { MeshSkin } from "../adapter/vertex-map.js";
-import { type WebGlCard, webGlCard } from "../adapter/webgl-card.js";
 import type { Undecoded } from "../decoding.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
+import { type BabylonCard, cardOf } from "./card.js";
 import { blendDualQuaternions } from "./dual-quaternion.js";
 import { keepPositions, type LastPicture, plugMotionVectors } from "./motion-vectors.js";
 import { withSurface } from "./own-geometry.js";
@@ -78,8 +77,8 @@ export class DynaSkin extends SkinDriver<Mesh> {
 
 /** A mesh of Babylon.js, its bones, and what it was before. */
 class BabylonRig implements EngineRig {
-  readonly positions: Float32Array;
-  readonly normals: Float32Array;
+  readonly positions: Float32Array<ArrayBuffer>;
+  readonly normals: Float32Array<ArrayBuffer>;
   readonly bindPelvisM: readonly [number, number, number];
   readonly #mesh: Mesh;
   readonly #joints: Joint[];
@@ -94,9 +93,11 @@ class BabylonRig implements EngineRig {
   #reachM = 0;
   #dualQuaternions: { detach(): void } | null = null;
   /** What decodes in the engine's context, from when it is first wanted on. */
-  #card: WebGlCard | null = null;
+  #card: BabylonCard | null = null;
   #seat: CardSeat | null = null;
   #drawing: { remove(): void } | null = null;
+  /** The frame that is being drawn. */
+  #frame = -1;
 
   constructor(mesh: Mesh, { boneNames, motionVectors = false }: RigOptions) {
     const geometry = mesh?.geometry;
@@ -225,28 +226,24 @@ class BabylonRig implements EngineRig {
     this.#seat?.overwrite();
   }
 
-  seat(undecoded: Undecoded, vertexOf: Uint32Array): CardSeat | null {
-    // The previous positions are copied from the array.
-    if (this.#hasMotionVectors) return null;
+  seat(undecoded: Undecoded, vertexOf: Uint32Array<ArrayBuffer>): CardSeat | null {
     if (this.#seat && !this.#seat.isLost) return this.#seat;
-    this.#card = this.#cardOfEngine();
-    const buffers = [VertexBuffer.PositionKind, VertexBuffer.NormalKind].map(
-      (kind) => this.#geometry.getVertexBuffer(kind)?.getBuffer()?.underlyingResource,
-    );
-    const [positions, normals] = buffers as (WebGLBuffer | undefined)[];
-    if (!this.#card || !positions || !normals) return null;
-    this.#seat = this.#card.seat(undecoded, { positions, normals, vertexOf });
-    return this.#seat;
-  }
-
-  #cardOfEngine(): WebGlCard | null {
-    const { _gl: gl, isWebGPU } = this.#mesh.getEngine() as ThinEngine;
-    if (isWebGPU || !gl) return null;
     // Before shadows and other textures, and again before each camera's picture.
     this.#drawing ??= this.#mesh
       .getScene()
-      .onBeforeRenderTargetsRenderObservable.add(() => this.#card?.flush());
-    return webGlCard(gl);
+      .onBeforeRenderTargetsRenderObservable.add(() => this.#beforeDrawing());
+    this.#card = cardOf(this.#mesh.getEngine());
+    const mesh = { geometry: this.#geometry, uploaded: this.positions, vertexOf };
+    this.#seat = this.#card?.seat(undecoded, mesh) ?? null;
+    return this.#seat;
+  }
+
+  #beforeDrawing(): void {
+    this.#card?.flush();
+    const frame = this.#mesh.getScene().getFrameId();
+    if (frame === this.#frame) return;
+    this.#frame = frame;
+    this.#seat?.beginFrame();
   }
 
   blendDualQuaternions(on: boolean): void {

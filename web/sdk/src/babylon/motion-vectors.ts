@@ -8,7 +8,7 @@ import type { Scene } from "@babylonjs/core/scene.js";
 import { PluggedMeshes, type PluginKind, SharedPlugin } from "./shared-plugin.js";
 
 /** Name of the attribute in geometries of ours. */
-const PREVIOUS = "dynaskinPrevious";
+export const PREVIOUS = "dynaskinPrevious";
 const PLUGIN = "dynaskin motion";
 /** Babylon's number for the language of WebGPU. */
 const WGSL = 1;

@@ -1,7 +1,6 @@
 import {
   BufferAttribute,
   type BufferGeometry,
-  DynamicDrawUsage,
   type LOD,
   type Material,
   Matrix4,
@@ -26,7 +25,7 @@ import type { BodyChanges, SurfaceRows } from "../bind/vertex-stage.js";
 import { DynaSkinError } from "../error.js";
 import type { Model } from "../model.js";
 import { PREVIOUS, PreviousPositions } from "./motion-vectors.js";
-import { withAttributes } from "./own-geometry.js";
+import { USAGE, withAttributes } from "./own-geometry.js";
 import {
   checkRoot,
   four,
@@ -204,7 +203,7 @@ class Surface implements AvatarSurface {
 }
 
 function dynamic(numbers: Float32Array, itemSize: number): BufferAttribute {
-  return new BufferAttribute(numbers.slice(), itemSize).setUsage(DynamicDrawUsage);
+  return new BufferAttribute(numbers.slice(), itemSize).setUsage(USAGE);
 }
 
 function isShown(mesh: SkinnedMesh): boolean {

@@ -10,7 +10,6 @@ import {
   type Box3,
   BufferAttribute,
   type BufferGeometry,
-  DynamicDrawUsage,
   Matrix4,
   type Object3D,
   Quaternion,
@@ -23,14 +22,13 @@ import type { CardSeat } from "../adapter/card.js";
 import { type EngineRig, SkinDriver } from "../adapter/driver.js";
 import { checkAligned, findBones, type RigOptions, type TissueSource } from "../adapter/rig.js";
 import type { MeshSkin } from "../adapter/vertex-map.js";
-import type { WebGlCard } from "../adapter/webgl-card.js";
 import type { Undecoded } from "../decoding.js";
 import { DynaSkinError } from "../error.js";
 import { JOINT_NAMES, type Pose } from "../pose.js";
-import { CardSurface, cardOf, DrawWatch } from "./card.js";
+import { type CardSurface, cardOf, DrawWatch, type ThreeCard, type Uploaded } from "./card.js";
 import { blendDualQuaternions } from "./dual-quaternion.js";
 import { PreviousPositions } from "./motion-vectors.js";
-import { withAttributes } from "./own-geometry.js";
+import { USAGE, withAttributes } from "./own-geometry.js";
 import { four, vectorsOf } from "./read-avatar.js";
 
 export type { SkinDriver } from "../adapter/driver.js";
@@ -104,7 +102,7 @@ class ThreeRig implements EngineRig {
   readonly bindPelvisM: readonly [number, number, number];
   readonly #mesh: SkinnedMesh;
   readonly #bones: Bone[];
-  readonly #attributes: BufferAttribute[];
+  readonly #attributes: Uploaded;
   readonly #geometry: BufferGeometry;
   readonly #skeleton: Skeleton;
   readonly #bounds = new Sphere();
@@ -112,14 +110,14 @@ class ThreeRig implements EngineRig {
   #restore = () => {};
   #reachM = 0;
   #dualQuaternions: { detach(): void } | null = null;
-  readonly #hasMotionVectors: boolean;
+  readonly #previous: PreviousPositions | null;
   /** Says which renderer draws the mesh, from when a card is first wanted on. */
   #draws: DrawWatch | null = null;
   /** That renderer; null before it has drawn. */
   #renderer: unknown = null;
   /** Whether others draw the mesh too: buffers are those of one context. */
   #isShared = false;
-  #card: WebGlCard | null = null;
+  #card: ThreeCard | null = null;
   /** What the card writes, and whether the mesh is drawn from it. */
   #surface: CardSurface | null = null;
   #isOnCard = false;
@@ -137,14 +135,12 @@ class ThreeRig implements EngineRig {
     this.#bonePositions = this.#bones.map((bone) => bone.position.clone());
     this.positions = new Float32Array(nNumbers);
     this.normals = new Float32Array(nNumbers);
-    this.#attributes = [this.positions, this.normals].map((array) =>
-      new BufferAttribute(array, 3).setUsage(DynamicDrawUsage),
-    );
-    const [own, normal] = this.#attributes as [BufferAttribute, BufferAttribute];
+    const uploaded = (numbers: Float32Array) => new BufferAttribute(numbers, 3).setUsage(USAGE);
+    this.#attributes = { position: uploaded(this.positions), normal: uploaded(this.normals) };
     // The shape's morph targets are left out: the avatar's positions have the shape already.
-    this.#geometry = withAttributes(geometry, new Map(Object.entries({ position: own, normal })));
-    this.#hasMotionVectors = motionVectors;
-    if (motionVectors) new PreviousPositions(own).attach(this.#geometry);
+    this.#geometry = withAttributes(geometry, new Map(Object.entries(this.#attributes)));
+    this.#previous = motionVectors ? new PreviousPositions(this.#attributes.position) : null;
+    this.#previous?.attach(this.#geometry);
     this.#skeleton = new Skeleton(
       skeleton.bones,
       skeleton.boneInverses.map((inverse) => inverse.clone()),
@@ -197,8 +193,8 @@ class ThreeRig implements EngineRig {
 
   detach(): void {
     this.#draws?.release();
-    this.#surface?.free();
     this.#drawUploaded();
+    this.#surface?.free();
     this.#restore();
     for (const [joint, bone] of this.#bones.entries()) {
       bone.position.copy(this.#bonePositions[joint] ?? bone.position);
@@ -248,19 +244,28 @@ class ThreeRig implements EngineRig {
 
   upload(): void {
     this.#drawUploaded();
-    for (const attribute of this.#attributes) attribute.needsUpdate = true;
+    for (const attribute of Object.values(this.#attributes)) attribute.needsUpdate = true;
   }
 
-  seat(undecoded: Undecoded, vertexOf: Uint32Array, refresh: () => void): CardSeat | null {
-    // The previous positions are copied from the array.
-    if (this.#hasMotionVectors) return null;
+  seat(
+    undecoded: Undecoded,
+    vertexOf: Uint32Array<ArrayBuffer>,
+    refresh: () => void,
+  ): CardSeat | null {
     if (!this.#draws) this.#draws = new DrawWatch(this.#mesh, (by) => this.#beforeDrawing(by));
     this.#draws.follow();
-    if (this.#surface?.isLost) this.#surface = null;
+    if (this.#surface?.isLost) {
+      this.#drawUploaded();
+      this.#surface = null;
+    }
     this.#card = this.#isShared ? null : cardOf(this.#renderer);
     if (!this.#card) return null;
-    const numbers = { position: this.positions, normal: this.normals };
-    this.#surface ??= CardSurface.of(this.#card, undecoded, numbers, vertexOf, refresh);
+    this.#surface ??= this.#card.surface(undecoded, {
+      uploaded: this.#attributes,
+      previous: this.#previous,
+      vertexOf,
+      refresh,
+    });
     if (this.#surface && !this.#isOnCard) {
       this.#surface.attach(this.#geometry);
       this.#isOnCard = true;
@@ -287,9 +292,7 @@ class ThreeRig implements EngineRig {
     if (!this.#isOnCard) return;
     this.#isOnCard = false;
     this.#surface?.overwrite();
-    const [position, normal] = this.#attributes;
-    if (position) this.#geometry.setAttribute("position", position);
-    if (normal) this.#geometry.setAttribute("normal", normal);
+    this.#surface?.detach(this.#geometry);
   }
 
   #bone(joint: number): Bone {

@@ -1,12 +1,8 @@
 // Where vertices were in the frame before, for the motion vectors of WebGPURenderer.
-import {
-  BufferAttribute,
-  type BufferGeometry,
-  DynamicDrawUsage,
-  type Material,
-  type Object3D,
-} from "three";
+import { BufferAttribute, type BufferGeometry, type Material, type Object3D } from "three";
+import type { CardSeat } from "../adapter/card.js";
 import { DynaSkinError } from "../error.js";
+import { USAGE } from "./own-geometry.js";
 
 /** Name of the attribute in geometries of ours. */
 export const PREVIOUS = "dynaskinPrevious";
@@ -25,12 +21,14 @@ export class PreviousPositions {
   #frame: number | null = null;
   /** Whether that is what was drawn before. */
   #isStill = true;
+  /** What keeps them instead, on a graphics card. */
+  #seat: CardSeat | null = null;
 
   constructor(present: BufferAttribute) {
     this.#present = present;
     this.#drawn = Float32Array.from(present.array);
     this.#drawnVersion = present.version;
-    this.attribute = new BufferAttribute(this.#drawn.slice(), 3).setUsage(DynamicDrawUsage);
+    this.attribute = new BufferAttribute(this.#drawn.slice(), 3).setUsage(USAGE);
   }
 
   /** Gives them to a geometry, under the name {@link PREVIOUS}. */
@@ -39,9 +37,23 @@ export class PreviousPositions {
     known.set(geometry, this);
   }
 
+  /**
+   * Leaves it to a graphics card, which copies positions that it has decoded; null takes it back, from when on the next
+   * frame counts as the first.
+   */
+  leaveTo(seat: CardSeat | null): void {
+    this.#seat = seat;
+    this.#frame = null;
+  }
+
   /** Is told before each drawing in which frame that is: where another begins, what was drawn moves on. */
   begin(frame: number): void {
     if (frame === this.#frame) return;
+    if (this.#seat) {
+      this.#frame = frame;
+      this.#seat.beginFrame();
+      return;
+    }
     const { array, version } = this.#present;
     const isMoved = version !== this.#drawnVersion;
     // Before the first frame nothing was drawn anywhere else.

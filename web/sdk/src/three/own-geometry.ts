@@ -1,5 +1,11 @@
 // A geometry with positions and normals of its own, which shares everything else with another.
-import { type BufferAttribute, BufferGeometry } from "three";
+import { type BufferAttribute, BufferGeometry, StreamDrawUsage } from "three";
+
+/**
+ * Of attributes that are written often. Not `DynamicDrawUsage`: WebGPURenderer uploads such attributes whole each time
+ * that it renders, whether they have changed or not.
+ */
+export const USAGE = StreamDrawUsage;
 
 /** Name under which positions are repeated where shaders must not be those of the source. */
 const MARK = "dynaskin";
