@@ -1,5 +1,5 @@
 // Behind the compute passes: decodes into buffers in the order of an engine's mesh. The engine's vertex buffers are
-// copied from them, because engines make these without the usage that a shader needs to write them.
+// copied from them, because some engines make these without the usage that a shader needs to write them.
 
 struct Mesh {
     // The body's place among those of its batch.

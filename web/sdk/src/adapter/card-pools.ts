@@ -121,12 +121,17 @@ export abstract class PoolSeat implements CardSeat {
   readonly #slot: number;
   #constantsRevision: string | null = null;
   #surfaceRevision: number | null = null;
+  /** Whether any frame has drawn the mesh. */
+  #isShown: boolean;
   /** Whether a frame has drawn what the mesh's buffers hold. */
-  #isDrawn = true;
+  #isDrawn: boolean;
   /** Whether the previous positions may be others than those. */
   #isMoving = true;
 
-  constructor(card: PoolCard, pool: CardPool, slot: number) {
+  /** @param isShown - whether a frame has drawn the mesh, as somebody else has written it */
+  constructor(card: PoolCard, pool: CardPool, slot: number, isShown: boolean) {
+    this.#isShown = isShown;
+    this.#isDrawn = isShown;
     this.#card = card;
     this.#pool = pool;
     this.#slot = slot;
@@ -152,8 +157,16 @@ export abstract class PoolSeat implements CardSeat {
   }
 
   beginFrame(): void {
+    // Before the first frame nothing was anywhere else.
+    if (!this.#isShown) this.#isDrawn = true;
+    this.#isShown = true;
     this.#settle();
     this.#isDrawn = true;
+  }
+
+  /** Is told that the mesh's buffer of previous positions is another one. */
+  protected forgetPrevious(): void {
+    this.#isMoving = true;
   }
 
   /** Before the buffers are written: whether previous positions are to be copied from them. */

@@ -36,6 +36,8 @@ export interface MeshBuffers {
   /** Positions as the frame before has them, where motion vectors are drawn. */
   readonly previous?: WebGLBuffer | undefined;
   readonly vertexOf: Uint32Array;
+  /** Whether a frame has drawn the mesh. */
+  readonly isShown: boolean;
 }
 
 const cards = new WeakMap<WebGL2RenderingContext, WebGlCard | null>();
@@ -355,7 +357,7 @@ class WebGlSeat extends PoolSeat {
   readonly #vertexOf: WebGLBuffer;
 
   constructor(card: WebGlCard, pool: Pool, slot: number, buffers: MeshBuffers) {
-    super(card, pool, slot);
+    super(card, pool, slot, buffers.isShown);
     const { gl, meshPass } = card;
     this.#card = card;
     this.#buffers = buffers;

@@ -21,6 +21,8 @@ declare const GPUShaderStage: Readonly<Record<"COMPUTE", GPUShaderStageFlags>>;
 const WORKGROUP = 64;
 /** Bytes of a position or normal in a buffer. */
 const VERTEX_BYTES = 12;
+/** Storage buffers that the pass of a mesh has. */
+const STORAGE_BUFFERS = 5;
 /** Numbers of the shaders' textures and buffers. */
 const [STILL, CONTROLS, LATENTS, POSITIONS, SIZES] = [4, 5, 6, 7, 9];
 
@@ -38,16 +40,19 @@ export interface GpuMesh {
   readonly vertexOf: Uint32Array<ArrayBuffer>;
   /** Its positions as the CPU has uploaded them last. */
   readonly uploaded: Float32Array<ArrayBuffer>;
+  /** Whether a frame has drawn the mesh. */
+  readonly isShown: boolean;
   /** Its buffers at present: engines may make them anew. Null while there are none, or none that can be copied to. */
   buffers(): GpuMeshBuffers | null;
 }
 
 const cards = new WeakMap<GPUDevice, WebGpuCard>();
 
-/** What decodes on a device. */
-export function webGpuCard(device: GPUDevice): WebGpuCard {
+/** What decodes on a device; null where its limits are too small, as in compatibility mode, or it is lost. */
+export function webGpuCard(device: GPUDevice): WebGpuCard | null {
   const known = cards.get(device);
-  if (known) return known;
+  if (known) return known.isLost ? null : known;
+  if (device.limits.maxStorageBuffersPerShaderStage < STORAGE_BUFFERS) return null;
   const card = new WebGpuCard(device);
   cards.set(device, card);
   return card;
@@ -97,9 +102,9 @@ export class WebGpuCard implements PoolCard {
     let decoder = this.#decoders.get(undecoded.matrix);
     if (!decoder) {
       decoder = new Decoder(this, undecoded);
-      if (!decoder.fits) return null;
       this.#decoders.set(undecoded.matrix, decoder);
     }
+    if (!decoder.fits) return null;
     return new WebGpuSeat(this, ...decoder.take(), mesh);
   }
 
@@ -325,11 +330,13 @@ class WebGpuSeat extends PoolSeat {
   readonly #mesh: GpuMesh;
   /** Whether the engine draws what is decoded here, and not what the CPU has uploaded. */
   #isDecoded = false;
+  /** Where previous positions were copied to last: engines may make the buffer anew. */
+  #previous: GPUBuffer | undefined;
   readonly #buffers: Record<"mesh" | "vertices" | "positions" | "normals", GPUBuffer>;
   readonly #group: GPUBindGroup;
 
   constructor(card: WebGpuCard, pool: Pool, slot: number, mesh: GpuMesh) {
-    super(card, pool, slot);
+    super(card, pool, slot, mesh.isShown);
     const { device, meshLayout } = card;
     const { STORAGE, UNIFORM, COPY_SRC, COPY_DST } = GPUBufferUsage;
     const count = mesh.vertexOf.length;
@@ -356,6 +363,11 @@ class WebGpuSeat extends PoolSeat {
   override overwrite(): void {
     super.overwrite();
     this.#isDecoded = false;
+  }
+
+  override beginFrame(): void {
+    if (this.#mesh.buffers()?.previous !== this.#previous) this.forgetPrevious();
+    super.beginFrame();
   }
 
   /** Before what the engine draws is decoded anew. */
@@ -392,6 +404,7 @@ class WebGpuSeat extends PoolSeat {
 
   #keep(encoder: GPUCommandEncoder): void {
     const previous = this.#mesh.buffers()?.previous;
+    this.#previous = previous;
     if (!previous) return;
     const { positions } = this.#buffers;
     const { uploaded, vertexOf } = this.#mesh;

@@ -24,6 +24,8 @@ export interface CardMesh {
   readonly uploaded: Float32Array<ArrayBuffer>;
   /** Which vertex of the body each of its vertices is. */
   readonly vertexOf: Uint32Array<ArrayBuffer>;
+  /** Whether a frame has drawn it. */
+  readonly isShown: boolean;
 }
 
 const KINDS = [VertexBuffer.PositionKind, VertexBuffer.NormalKind, PREVIOUS] as const;
@@ -40,10 +42,10 @@ function webGlCardOf(gl: WebGL2RenderingContext): BabylonCard | null {
   return (
     card && {
       flush: () => card.flush(),
-      seat(undecoded, { geometry, vertexOf }) {
+      seat(undecoded, { geometry, vertexOf, isShown }) {
         const [positions, normals, previous] = buffersOf<WebGLBuffer>(geometry);
         if (!positions || !normals) return null;
-        return card.seat(undecoded, { positions, normals, previous, vertexOf });
+        return card.seat(undecoded, { positions, normals, previous, vertexOf, isShown });
       },
     }
   );
@@ -51,17 +53,17 @@ function webGlCardOf(gl: WebGL2RenderingContext): BabylonCard | null {
 
 function webGpuCardOf(device: GPUDevice): BabylonCard | null {
   const card = webGpuCard(device);
-  if (card.isLost) return null;
+  if (!card) return null;
   return {
     flush: () => card.flush(),
-    seat(undecoded, { geometry, uploaded, vertexOf }) {
+    seat(undecoded, { geometry, ...mesh }) {
       const buffers = () => {
         const [positions, normals, previous] = buffersOf<GPUBuffer>(geometry).map((buffer) =>
-          buffer && takesVertices(buffer, vertexOf.length) ? buffer : undefined,
+          buffer && takesVertices(buffer, mesh.vertexOf.length) ? buffer : undefined,
         );
         return positions && normals ? { positions, normals, previous } : null;
       };
-      return buffers() && card.seat(undecoded, { vertexOf, uploaded, buffers });
+      return buffers() && card.seat(undecoded, { ...mesh, buffers });
     },
   };
 }

@@ -220,10 +220,11 @@ class BabylonRig implements EngineRig {
   }
 
   upload(): void {
-    this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.positions, false);
-    this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.normals, false);
+    // First what keeps the positions that were drawn.
     this.#previous?.follow(this.positions);
     this.#seat?.overwrite();
+    this.#geometry.updateVerticesData(VertexBuffer.PositionKind, this.positions, false);
+    this.#geometry.updateVerticesData(VertexBuffer.NormalKind, this.normals, false);
   }
 
   seat(undecoded: Undecoded, vertexOf: Uint32Array<ArrayBuffer>): CardSeat | null {
@@ -233,7 +234,8 @@ class BabylonRig implements EngineRig {
       .getScene()
       .onBeforeRenderTargetsRenderObservable.add(() => this.#beforeDrawing());
     this.#card = cardOf(this.#mesh.getEngine());
-    const mesh = { geometry: this.#geometry, uploaded: this.positions, vertexOf };
+    const isShown = this.#previous?.isShown ?? true;
+    const mesh = { geometry: this.#geometry, uploaded: this.positions, vertexOf, isShown };
     this.#seat = this.#card?.seat(undecoded, mesh) ?? null;
     return this.#seat;
   }

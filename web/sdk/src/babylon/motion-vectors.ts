@@ -22,6 +22,7 @@ export class LastPicture {
   #isMoved = false;
   /** Whether a picture has what is present. */
   #isDrawn = false;
+  #isShown = false;
 
   /**
    * @param numbers - as they are where nothing has moved yet
@@ -34,8 +35,14 @@ export class LastPicture {
       scene.onBeforeRenderObservable.add(() => this.#begin()),
       scene.onAfterRenderObservable.add(() => {
         this.#isDrawn = true;
+        this.#isShown = true;
       }),
     ];
+  }
+
+  /** Whether there was a picture since. */
+  get isShown(): boolean {
+    return this.#isShown;
   }
 
   /** Is told of the numbers that are shown from now on. */

@@ -51,8 +51,7 @@ export function cardOf(renderer: unknown): ThreeCard | null {
   }
   if (!backend?.isWebGPUBackend || !backend.device || !backend.get) return null;
   const card = webGpuCard(backend.device);
-  if (card.isLost) return null;
-  return keep(renderer as object, card, () => webGpuCardOf(card, backend as WebGpuBackend));
+  return card && keep(renderer as object, card, () => webGpuCardOf(card, backend as WebGpuBackend));
 }
 
 interface SomeRenderer {
@@ -125,7 +124,8 @@ class WebGlSurface implements CardSurface {
   ): WebGlSurface | null {
     const position = new CardAttribute(uploaded.position.array as Float32Array, card.gl, refresh);
     const normal = new CardAttribute(uploaded.normal.array as Float32Array, card.gl, refresh);
-    const buffers = { positions: position.buffer, normals: normal.buffer, vertexOf };
+    const [positions, normals] = [position.buffer, normal.buffer];
+    const buffers = { positions, normals, vertexOf, isShown: true };
     const seat = card.seat(undecoded, buffers);
     if (seat) return new WebGlSurface(card, seat, uploaded, { position, normal });
     for (const { buffer } of [position, normal]) card.gl.deleteBuffer(buffer);
@@ -205,6 +205,8 @@ function webGpuCardOf(card: WebGpuCard, backend: WebGpuBackend): ThreeCard {
         card.seat(undecoded, {
           vertexOf,
           uploaded: uploaded.position.array as Float32Array<ArrayBuffer>,
+          // Before that its buffers are not made.
+          isShown: true,
           buffers,
         });
       return seat && new WebGpuSurface(seat, mesh);
