@@ -150,8 +150,7 @@ fn dynaskin_networks(
             predictor,
             &prepared.inputs,
             &prepared.data.deviation_m,
-            // 8 bits would save an eighth of the predictor's bytes, which fit as they are.
-            Precision::Half,
+            Precision::ShortHalf,
         )?,
         decoder_onnx: decoder_onnx(&prepared.basis, Precision::ShortHalf)?,
         latent_count: prepared.basis.components(),
