@@ -54,17 +54,17 @@ impl Default for TrainConfig {
     fn default() -> Self {
         Self {
             seed: 1,
-            epochs: 72,
+            epochs: 56,
             patience_epochs: PATIENCE_EPOCHS,
-            encoding: 240,
-            springs: 256,
-            hidden: 208,
-            components: 288,
+            encoding: 224,
+            springs: 240,
+            hidden: 192,
+            components: 272,
             pca_frames: 4000,
             window: 80,
             lanes: 8,
             learning_rate: 3e-3,
-            weight_decay: 0.01,
+            weight_decay: 0.03,
             clip_norm: 1.0,
             velocity_weight: 1.5,
             shape_scale: 0.3,
@@ -80,7 +80,7 @@ impl TrainConfig {
     pub fn description(&self) -> String {
         format!(
             "Decoder: {components} principal components about zero, each of one block of the body. Predictor: dense {encoding} with \
-             tanh, scaled by shape and material; {springs} damped springs whose stiffness and damping depend on shape and \
+             tanh; {springs} damped springs whose stiffness and damping depend on shape and \
              material{local}; LSTM {hidden}{cells}; dense to {components}. No bias between motion and \
              latents, so that rest is a fixed point. AdamW, learning rate {rate}, weight decay \
              {decay}, cosine decay over {epochs} epochs, windows of {window} frames in {lanes} \

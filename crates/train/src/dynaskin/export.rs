@@ -43,14 +43,6 @@ pub fn predictor_onnx(
     let encoder = weights.matrix(&mut graph, "encoder", &weights.encoder, sizes.motion)?;
     let encoding = graph.matmul(motion, &encoder)?;
     let encoding = graph.tanh(&encoding);
-    let encoding_scale = scale(
-        &mut graph,
-        &weights,
-        condition,
-        "encoding_scale",
-        &weights.encoding_scale,
-    )?;
-    let encoding = graph.mul(&encoding, &encoding_scale)?;
 
     let (modes, spring_states) = springs(&mut graph, &weights, motion, condition, &encoding)?;
     let code_rows = 2 * sizes.springs + sizes.encoding;
@@ -58,14 +50,6 @@ pub fn predictor_onnx(
     let code_input = graph.concat(&[&modes, &encoding], 1)?;
     let code = graph.matmul(&code_input, &code)?;
     let code = graph.tanh(&code);
-    let code_scale = scale(
-        &mut graph,
-        &weights,
-        condition,
-        "code_scale",
-        &weights.code_scale,
-    )?;
-    let code = graph.mul(&code, &code_scale)?;
     let (output, lstm_states) = lstm(&mut graph, &weights, condition, &code)?;
 
     let rows = 2 * sizes.springs + sizes.hidden + 2 * sizes.encoding;
@@ -77,19 +61,6 @@ pub fn predictor_onnx(
         graph.output(&format!("state_{name}_out"), &state)?;
     }
     Ok(graph.into_bytes())
-}
-
-/// Factors by body and material: exp(condition · matrix).
-fn scale(
-    graph: &mut Graph,
-    weights: &Folded,
-    condition: &Value,
-    name: &str,
-    matrix: &[f32],
-) -> Result<Value, WriteError> {
-    let matrix = weights.matrix(graph, name, matrix, weights.sizes.conditions)?;
-    let exponents = graph.matmul(condition, &matrix)?;
-    Ok(graph.exp(&exponents))
 }
 
 /// States that leave the graph, by the letter of their name.
@@ -117,6 +88,7 @@ fn springs(
     let pole_rows = conditions + encoding_count;
     let poles = weights.matrix(graph, "poles", &weights.poles, pole_rows)?;
     let poles_bias = weights.vector(graph, "poles_bias", &weights.poles_bias)?;
+    let mode_scale = weights.matrix(graph, "mode_scale", &weights.mode_scale, conditions)?;
 
     let pole_input = graph.concat(&[condition, encoding], 1)?;
     let poles = graph.dense(&pole_input, &poles, &poles_bias)?;
@@ -131,9 +103,10 @@ fn springs(
     let kept = graph.mul(retained, &velocity)?;
     let velocity = graph.add(&kept, &pull)?;
     let position = graph.add(&position, &velocity)?;
-    let mode_scale = scale(graph, weights, condition, "mode_scale", &weights.mode_scale)?;
+    let scale = graph.matmul(condition, &mode_scale)?;
+    let scale = graph.exp(&scale);
     let modes = graph.concat(&[&position, &velocity], 1)?;
-    let modes = graph.mul(&modes, &mode_scale)?;
+    let modes = graph.mul(&modes, &scale)?;
     Ok((modes, [("q", position), ("v", velocity)]))
 }
 
@@ -197,14 +170,12 @@ pub fn decoder_onnx(basis: &BlockBasis, precision: Precision) -> Result<Vec<u8>,
 struct Folded {
     sizes: PredictorSizes,
     encoder: Vec<f32>,
-    encoding_scale: Vec<f32>,
     drive: Vec<f32>,
     /// The damping half is negated: what is retained, 1 - σ(x), is σ(-x).
     poles: Vec<f32>,
     poles_bias: Vec<f32>,
     mode_scale: Vec<f32>,
     code: Vec<f32>,
-    code_scale: Vec<f32>,
     /// Input weights of the whole LSTM cell: code, then the conditions, which have zeros for the candidate.
     from_input: Vec<f32>,
     bias: Vec<f32>,
@@ -258,13 +229,11 @@ impl Folded {
         }
         Self {
             encoder: scaled_rows(&predictor.local_encoder(), motion_scale),
-            encoding_scale: scaled_rows(&predictor.local_encoding_scale(), condition_scale),
             drive: scaled_rows(&predictor.local_drive(), motion_scale),
             poles,
             poles_bias,
             mode_scale: scaled_rows(&predictor.local_mode_scale(), condition_scale),
             code: flat(predictor.local_code()),
-            code_scale: scaled_rows(&predictor.local_code_scale(), condition_scale),
             from_input,
             bias,
             from_hidden,

@@ -12,8 +12,6 @@ use super::symmetry::SignedPermutation;
 #[derive(Clone, Debug)]
 pub(super) struct Masks {
     pub encoder: Mask,
-    /// Of the scales of encoding and code.
-    pub encoding_scale: Mask,
     pub drive: Mask,
     pub poles: Mask,
     pub mode_scale: Mask,
@@ -140,11 +138,6 @@ impl Masks {
         let (encoding, springs, hidden) = (&encoding.blocks, &springs.blocks, &hidden.blocks);
         Self {
             encoder: mask(locality.motion_mask(encoding), &[&of_motion], &of_encoding),
-            encoding_scale: mask(
-                locality.condition_mask(encoding),
-                &[&of_conditions],
-                &of_encoding.unsigned(),
-            ),
             drive: mask(
                 [locality.motion_mask(springs), same_block(encoding, springs)].concat(),
                 &[&of_motion, &of_encoding],
@@ -201,9 +194,6 @@ impl Masks {
     pub fn silent(&self) -> usize {
         let masks = [
             &self.encoder,
-            // One mask, two matrices.
-            &self.encoding_scale,
-            &self.encoding_scale,
             &self.drive,
             &self.poles,
             &self.mode_scale,

@@ -11,12 +11,12 @@
 //! Per tick, with x the normalised motion and β what the body is like ([`super::PredictorInputs`]):
 //!
 //! ```text
-//! e = tanh(x E) exp(β A)                    encoding, scaled by shape
+//! e = tanh(x E)                             encoding
 //! k = 2 σ(K0 + [β, e] K),  d = σ(D0 + [β, e] D)
 //! v' = v - d v + k ([x, e] U - q)           each spring is pulled to where its drive points
 //! q' = q + v'
 //! m = [q', v'] exp(β G)                     modes, scaled by shape: a power of the thickness
-//! c = tanh([m, e] C) exp(β B)               code, scaled likewise
+//! c = tanh([m, e] C)
 //! i, o, f = σ([c, β, h] W + bias)           the LSTM's gates
 //! cell' = f cell + i tanh(c W),  h' = o tanh(cell')
 //! latent = [m, h', e, c] R
@@ -78,8 +78,6 @@ pub struct PredictorSizes {
 pub struct Predictor {
     /// E: `[motion, encoding]`.
     pub encoder: Param<Tensor<2>>,
-    /// A: `[conditions, encoding]`.
-    pub encoding_scale: Param<Tensor<2>>,
     /// U: `[motion + encoding, springs]`.
     pub drive: Param<Tensor<2>>,
     /// K and D: `[conditions + encoding, 2 · springs]`, stiffness then damping.
@@ -90,8 +88,6 @@ pub struct Predictor {
     pub mode_scale: Param<Tensor<2>>,
     /// C: `[2 · springs + encoding, encoding]`.
     pub code: Param<Tensor<2>>,
-    /// B: `[conditions, encoding]`.
-    pub code_scale: Param<Tensor<2>>,
     /// `[encoding, 4 · hidden]`: gates input, output, forget, then the cell candidate.
     pub from_code: Param<Tensor<2>>,
     /// `[conditions, 3 · hidden]`: the gates only.
@@ -187,13 +183,11 @@ impl Predictor {
         let modes = 2 * springs;
         Self {
             encoder: random(motion, encoding, encoding, masks.encoder.gain()),
-            encoding_scale: random(conditions, encoding, encoding, 0.1),
             drive: random(motion + encoding, springs, springs, masks.drive.gain()),
             poles: random(conditions + encoding, modes, springs, 0.2),
             poles_bias: vector(first_poles(&locality.units(springs).blocks)),
             mode_scale: random(conditions, modes, springs, 0.3),
             code: random(modes + encoding, encoding, encoding, masks.code.gain()),
-            code_scale: random(conditions, encoding, encoding, 0.1),
             // One gate's fan, not four: each gate is a layer of its own.
             from_code: random(encoding, 4 * hidden, hidden, masks.from_code.gain()),
             from_condition: random(conditions, 3 * hidden, hidden, 0.5),
@@ -231,11 +225,6 @@ impl Predictor {
         self.masks.encoder.apply(&self.encoder)
     }
 
-    /// A, with zeros where a unit is not conditioned on a number about the body.
-    pub fn local_encoding_scale(&self) -> Tensor<2> {
-        self.masks.encoding_scale.apply(&self.encoding_scale)
-    }
-
     /// U, with zeros where a spring is not connected to a drive.
     pub fn local_drive(&self) -> Tensor<2> {
         self.masks.drive.apply(&self.drive)
@@ -264,11 +253,6 @@ impl Predictor {
     /// C, with zeros where a code is not connected to a spring or an encoding.
     pub fn local_code(&self) -> Tensor<2> {
         self.masks.code.apply(&self.code)
-    }
-
-    /// B, with zeros where a code is not conditioned on a number about the body.
-    pub fn local_code_scale(&self) -> Tensor<2> {
-        self.masks.encoding_scale.apply(&self.code_scale)
     }
 
     /// From the code to gates and cells, with zeros between blocks.
@@ -310,13 +294,10 @@ impl Predictor {
     /// Gives `[frames · lanes, latent]`, time-major.
     pub fn forward(&self, window: &Window, state: PredictorState) -> (Tensor<2>, PredictorState) {
         let motion = window.motion.clone();
-        let condition = &window.condition;
-        let scale = |matrix: Tensor<2>| condition.clone().matmul(matrix).exp();
         let encoding = motion.clone().matmul(self.local_encoder()).tanh();
-        let encoding = encoding * scale(self.local_encoding_scale());
         let (modes, position, velocity) = self.swing(window, motion, &encoding, &state);
         let code = Tensor::cat(vec![modes.clone(), encoding.clone()], 1);
-        let code = code.matmul(self.local_code()).tanh() * scale(self.local_code_scale());
+        let code = code.matmul(self.local_code()).tanh();
         let (outputs, hidden, cell) = self.remember(window, code.clone(), &state);
         let read = Tensor::cat(vec![modes, outputs, encoding, code], 1);
         let latents = read.matmul(self.local_readout());
