@@ -27,7 +27,6 @@ const IMPORTS = {
   "dynaskin/three": "/web/sdk/dist/three/index.js",
   three: "/node_modules/three/build/three.module.js",
   "three/addons/": "/node_modules/three/examples/jsm/",
-  "three/tsl": "/node_modules/three/build/three.tsl.js",
   "three/webgpu": "/node_modules/three/build/three.webgpu.js",
 };
 
